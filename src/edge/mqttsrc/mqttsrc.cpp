@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <array>
 #include <map>
+#include <optional>
 #include <utility>
 
 #include "core/text/shell_quote.hpp"
@@ -103,27 +104,9 @@ class MqttSrc : public MqttElement<MqttSrc, gst::PushSource> {
   gboolean negotiate() { return TRUE; }  // the caps come with the messages
 
   GstFlowReturn create(GstBuffer** out) {
-    const std::chrono::milliseconds timeout(active_.sub_timeout / 1000);
-    while (true) {
-      auto message = client_->receive(timeout);
-      if (interrupted_) return flushing(message.has_value());
-      count_overflow();
-      if (!message) {
-        gst::post_error(element(), no_message());
-        return GST_FLOW_ERROR;
-      }
-      ledger_.received();
-      auto frame = read(*message);
-      if (!frame) continue;
-      if (frame->caps != caps_ || caps_.empty()) {
-        const auto caps = read_caps(*message, frame->caps);
-        if (!caps) continue;
-        if (!change_caps(caps.get(), frame->caps)) return GST_FLOW_NOT_NEGOTIATED;
-      }
-      *out = make_buffer(*std::move(message), *frame);
-      ledger_.consumed_and_pushed();
-      return GST_FLOW_OK;
-    }
+    std::optional<GstFlowReturn> flow;
+    while (!flow) flow = take_message(out);
+    return *flow;
   }
 
   void add_stats(GstStructure* stats) const {
@@ -138,6 +121,28 @@ class MqttSrc : public MqttElement<MqttSrc, gst::PushSource> {
 
  private:
   GstBaseSrc* base() const { return GST_BASE_SRC(self()); }
+
+  // Nothing if the message is dropped.
+  std::optional<GstFlowReturn> take_message(GstBuffer** out) {
+    auto message = client_->receive(std::chrono::milliseconds(active_.sub_timeout / 1000));
+    if (interrupted_) return flushing(message.has_value());
+    count_overflow();
+    if (!message) {
+      gst::post_error(element(), no_message());
+      return GST_FLOW_ERROR;
+    }
+    ledger_.received();
+    auto frame = read(*message);
+    if (!frame) return std::nullopt;
+    if (frame->caps != caps_ || caps_.empty()) {
+      const auto caps = read_caps(*message, frame->caps);
+      if (!caps) return std::nullopt;
+      if (!change_caps(caps.get(), frame->caps)) return GST_FLOW_NOT_NEGOTIATED;
+    }
+    *out = make_buffer(*std::move(message), *frame);
+    ledger_.consumed_and_pushed();
+    return GST_FLOW_OK;
+  }
 
   Error no_message() const {
     return {.code = Code::BROKER_UNREACHABLE,

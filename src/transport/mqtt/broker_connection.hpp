@@ -8,6 +8,7 @@
 #include <condition_variable>
 #include <mutex>
 #include <thread>
+#include <vector>
 
 #include "transport/mqtt/broker_client.hpp"
 #include "transport/mqtt/checked_socket.hpp"
@@ -53,14 +54,20 @@ class BrokerClient::Impl {
 
   // Of the thread.
   void run();
+  void use_connection();
+  // Reports a failure to open() if that still waits; whether it did.
+  bool is_first_failure();
   bool connect();
+  bool connect_to_one(const std::vector<std::string>& addresses, std::string* reason);
   bool connect_to(const std::string& target, bool blocking, std::string* reason);
   // The connection to the broker; -1 without one.
   int socket() const;
-  // Begins to check what the broker of MQTT 5 sends. False while the connection is not there, and
-  // with error_ if it cannot be checked.
-  bool check_packets();
+  // Begins to check what the broker of MQTT 5 sends. False while the connection is not there.
+  // Errors: those of CheckedSocket::replace_socket_of().
+  Result<bool> check_packets();
   bool try_connect(const std::string& target, bool blocking, std::string* reason);
+  // One step towards the broker's response; false if the attempt has failed.
+  bool await_response(Clock::time_point end, std::string* reason);
   int step(int wait_ms);
   int read(const pollfd& client, const pollfd& broker);
   bool should_read();
@@ -84,7 +91,7 @@ class BrokerClient::Impl {
   // Of the thread.
   std::optional<int> response_;  // of the broker to the last connect
   Clock::time_point paused_since_{};
-  std::optional<Error> error_;  // of the last attempt to connect
+  std::optional<Error> error_;  // of the last attempt to connect, then of the connection
   std::string tls_error_;       // in it, of OpenSSL
   bool has_reported_packet_ = false;
   bool is_open_ = false;                    // has been connected

@@ -123,42 +123,55 @@ void BrokerClient::Impl::run() {
   std::chrono::milliseconds delay = kFirstDelay;
   while (!stopping_) {
     if (connect()) {
-      connected();
-      delay = kFirstDelay;
-      while (!stopping_ && step(kIdleWaitMs) == MOSQ_ERR_SUCCESS) {
-      }
-      if (stopping_) say_goodbye();
-      disconnected();
-    } else {
-      std::lock_guard lock(mutex_);
-      const bool first = !first_;
-      if (first) first_ = error_ ? *error_ : broker_unreachable(options_, "the client was stopped");
-      changed_.notify_all();
-      if (first) return;  // open() reports it
+      use_connection();
+      // A broker repeats a message that it retains, also an invalid one.
+      if (!error_) delay = kFirstDelay;
+    } else if (is_first_failure()) {
+      return;  // open() reports it
     }
     wait_for_wake(delay);
     delay = std::min<std::chrono::milliseconds>(2 * delay, kLastDelay);
   }
 }
 
+void BrokerClient::Impl::use_connection() {
+  connected();
+  error_.reset();
+  while (!stopping_ && step(kIdleWaitMs) == MOSQ_ERR_SUCCESS) {
+  }
+  if (stopping_) say_goodbye();
+  disconnected();
+}
+
+bool BrokerClient::Impl::is_first_failure() {
+  std::lock_guard lock(mutex_);
+  const bool first = !first_;
+  if (first) first_ = error_ ? *error_ : broker_unreachable(options_, "the client was stopped");
+  changed_.notify_all();
+  return first;
+}
+
 bool BrokerClient::Impl::connect() {
   std::string reason = "no address";
   const auto addresses = find_addresses(options_.host, lookup_.get(), &reason);
   error_.reset();
-  // Certificates are verified against the name, so with TLS the library has to look it up again.
-  // Not blocking, it tries the first address only.
-  const bool by_name = options_.tls.is_enabled() && options_.tls.psk.empty();
-  if (by_name && !addresses.empty()) {
-    if (connect_to(options_.host, addresses.size() > 1, &reason)) return true;
-  } else {
-    for (const auto& address : addresses) {
-      if (stopping_) break;
-      if (connect_to(address, false, &reason)) return true;
-    }
-  }
+  if (connect_to_one(addresses, &reason)) return true;
   // Only open() reports the reason.
   if (!error_ && !is_open_) error_ = find_tls_failure(options_, tls_error_);
   if (!error_) error_ = broker_unreachable(options_, reason);
+  return false;
+}
+
+bool BrokerClient::Impl::connect_to_one(const std::vector<std::string>& addresses,
+                                        std::string* reason) {
+  // Certificates are verified against the name, so with TLS the library has to look it up again.
+  // Not blocking, it tries the first address only.
+  if (options_.tls.is_enabled() && options_.tls.psk.empty())
+    return !addresses.empty() && connect_to(options_.host, addresses.size() > 1, reason);
+  for (const auto& address : addresses) {
+    if (stopping_) break;
+    if (connect_to(address, false, reason)) return true;
+  }
   return false;
 }
 
@@ -180,31 +193,11 @@ bool BrokerClient::Impl::try_connect(const std::string& target, bool blocking,
   response_.reset();
   checked_.reset();
   const auto function = blocking ? mosquitto_connect : mosquitto_connect_async;
-  int result = function(client_.get(), target.c_str(), options_.port, options_.keep_alive);
+  const int result = function(client_.get(), target.c_str(), options_.port, options_.keep_alive);
   *reason = result == MOSQ_ERR_ERRNO ? std::strerror(errno) : mosquitto_strerror(result);
-  while (result == MOSQ_ERR_SUCCESS && !response_ && !stopping_) {
-    const auto left = std::chrono::ceil<std::chrono::milliseconds>(end - Clock::now());
-    if (left <= 0ms) {
-      *reason = "no answer within " + std::to_string(options_.connect_timeout.count()) + " ms";
-      return false;
-    }
-    if (has_failed(socket())) {
-      *reason = socket_error(socket());
-      return false;
-    }
-    const bool ended = has_ended(socket());
-    if (!check_packets()) {
-      if (error_) return false;
-      continue;
-    }
-    result = step(static_cast<int>(std::min<std::chrono::milliseconds>(left, 50ms).count()));
-    if (result != MOSQ_ERR_SUCCESS && !response_) *reason = mosquitto_strerror(result);
-    // OpenSSL takes the error of a refused connection from the socket, and the library waits on.
-    if (result == MOSQ_ERR_SUCCESS && !response_ && ended) {
-      *reason = "the connection was refused or ended";
-      return false;
-    }
-  }
+  if (result != MOSQ_ERR_SUCCESS) return false;
+  while (!response_ && !stopping_)
+    if (!await_response(end, reason)) return false;
   if (response_ == 0) return true;
   if (response_)
     error_ =
@@ -214,19 +207,41 @@ bool BrokerClient::Impl::try_connect(const std::string& target, bool blocking,
   return false;
 }
 
+bool BrokerClient::Impl::await_response(Clock::time_point end, std::string* reason) {
+  const auto left = std::chrono::ceil<std::chrono::milliseconds>(end - Clock::now());
+  if (left <= 0ms) {
+    *reason = "no answer within " + std::to_string(options_.connect_timeout.count()) + " ms";
+    return false;
+  }
+  const bool has_more = checked_ && checked_->has_more();  // such as the reason for the end
+  if (!has_more && has_failed(socket())) {
+    *reason = socket_error(socket());
+    return false;
+  }
+  const bool ended = !has_more && has_ended(socket());
+  const auto is_checked = check_packets();
+  if (!is_checked) error_ = is_checked.error();
+  if (!is_checked || !*is_checked) return is_checked.has_value();
+  const int result =
+      step(static_cast<int>(std::min<std::chrono::milliseconds>(left, 50ms).count()));
+  if (response_) return true;
+  if (result != MOSQ_ERR_SUCCESS) *reason = mosquitto_strerror(result);
+  // OpenSSL takes the error of a refused connection from the socket, and the library waits on.
+  if (result == MOSQ_ERR_SUCCESS && ended) *reason = "the connection was refused or ended";
+  return result == MOSQ_ERR_SUCCESS && !ended;
+}
+
 int BrokerClient::Impl::socket() const {
   return checked_ ? checked_->socket() : mosquitto_socket(client_.get());
 }
 
-bool BrokerClient::Impl::check_packets() {
+Result<bool> BrokerClient::Impl::check_packets() {
   if (checked_ || options_.version != MqttVersion::V5) return true;
   if (!is_writable(socket(), 50)) return false;
   auto checked = CheckedSocket::replace_socket_of(client_.get());
-  if (checked)
-    checked_ = *std::move(checked);
-  else
-    error_ = checked.error();
-  return checked_ != nullptr;
+  if (!checked) return checked.error();
+  checked_ = *std::move(checked);
+  return true;
 }
 
 int BrokerClient::Impl::step(int wait_ms) {

@@ -12,6 +12,7 @@
 #include <cerrno>
 #include <cstring>
 #include <string>
+#include <string_view>
 #include <utility>
 
 #include "core/wire/peer_error.hpp"
@@ -35,7 +36,17 @@ Error no_descriptor() {
   return Error{.code = Code::OUT_OF_MEMORY,
                .what = "the packets of the MQTT broker cannot be checked",
                .offered = std::strerror(errno),
-               .needed = "three free file descriptors (ulimit -n)"};
+               .needed = "three free file descriptors",
+               .fix = "ulimit -n $(ulimit -Hn), in the shell that starts the program"};
+}
+
+// A client that has read all has room for a record, unless its socket is smaller than one.
+Error partial_record(size_t passed, size_t size) {
+  return Error{.code = Code::LIMIT_EXCEEDED,
+               .what = "a record of TLS does not fit into a socket of this machine",
+               .offered = std::to_string(passed) + " of " + std::to_string(size) + " bytes fit",
+               .needed = "net.core.wmem_default of at least 65536",
+               .fix = "sysctl -w net.core.wmem_default=212992"};
 }
 
 }  // namespace
@@ -43,8 +54,14 @@ Error no_descriptor() {
 Result<std::unique_ptr<CheckedSocket>> CheckedSocket::replace_socket_of(mosquitto* client) {
   const int socket = mosquitto_socket(client);
   const SSL* const ssl = tls_of(client);
-  if (ssl && SSL_has_pending(ssl))
-    return Error{.code = Code::BROKER_UNREACHABLE, .what = "the broker answered too early"};
+  const bool is_within_record =
+      ssl && (SSL_has_pending(ssl) || std::string_view(SSL_rstate_string(ssl)) != "RH");
+  if (is_within_record)
+    return Error{.code = Code::BROKER_UNREACHABLE,
+                 .what = "the broker answered too early",
+                 .offered = "a part of its first answer of TLS",
+                 .needed = "an answer after the connection is made",
+                 .fix = "start the pipeline again, or protocol=4, which is MQTT 3.1.1"};
   std::array<int, 2> pair{};
   if (socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0, pair.data()) != 0)
     return no_descriptor();
@@ -66,17 +83,18 @@ short CheckedSocket::events(bool reads) const {
   return static_cast<short>((receives ? POLLIN : 0) | (has_unsent() ? POLLOUT : 0));
 }
 
-Status CheckedSocket::fill() {
-  if (is_closed_ || has_more()) return ok();
+void CheckedSocket::fill() {
+  if (is_closed_ || has_more()) return;
   received_.erase(received_.begin(), received_.begin() + static_cast<ptrdiff_t>(passed_));
   passed_ = 0;
   const ssize_t got = recv(broker_.get(), buffer_.data(), buffer_.size(), MSG_DONTWAIT);
   is_closed_ = got == 0 || (got < 0 && !would_wait());
-  if (got <= 0) return ok();
+  if (got <= 0) return;
   const auto bytes = std::span(buffer_).first(static_cast<size_t>(got));
-  if (!tls_of(client_)) return filter_.feed(bytes, &received_);
-  received_.insert(received_.end(), bytes.begin(), bytes.end());
-  return ok();
+  if (tls_of(client_))
+    received_.insert(received_.end(), bytes.begin(), bytes.end());
+  else
+    status_ = filter_.feed(bytes, &received_);
 }
 
 // The bytes of the record that has begun to arrive; all bytes where it is none, which the client
@@ -94,12 +112,12 @@ size_t CheckedSocket::passable() const {
   return tls_of(client_) ? record_size() : received_.size() - passed_;
 }
 
-// Whether it has not read the record before.
+// Whether it has not read what it was given before.
 bool CheckedSocket::is_client_busy() const {
   SSL* const ssl = tls_of(client_);
   int unread = 0;
-  return ssl && (SSL_pending(ssl) > 0 ||
-                 (ioctl(mosquitto_socket(client_), FIONREAD, &unread) == 0 && unread > 0));
+  return (ssl && SSL_pending(ssl) > 0) ||
+         (ioctl(mosquitto_socket(client_), FIONREAD, &unread) == 0 && unread > 0);
 }
 
 Status CheckedSocket::check_record() {
@@ -118,10 +136,10 @@ Status CheckedSocket::check_record() {
 
 Result<bool> CheckedSocket::receive(int revents) {
   if (is_client_busy()) return true;
-  if (revents & (POLLIN | POLLHUP | POLLERR))
-    if (auto status = fill(); !status) return status.error();
+  if (revents & (POLLIN | POLLHUP | POLLERR)) fill();
   const size_t size = passable();
   if (size == 0) {
+    if (!status_) return status_.error();
     if (is_closed_) shutdown(inner_.get(), SHUT_WR);
     return is_closed_;
   }
@@ -129,6 +147,8 @@ Result<bool> CheckedSocket::receive(int revents) {
       ::send(inner_.get(), received_.data() + passed_, size, MSG_DONTWAIT | MSG_NOSIGNAL);
   if (passed > 0) passed_ += static_cast<size_t>(passed);
   if (!tls_of(client_)) return true;
+  if (passed > 0 && static_cast<size_t>(passed) != size)
+    return partial_record(static_cast<size_t>(passed), size);
   auto status = check_record();
   return status ? Result<bool>(true) : Result<bool>(status.error());
 }

@@ -28,8 +28,9 @@ class CheckedSocket {
   int socket() const noexcept { return broker_.get(); }
   short events(bool reads) const;
   // Whether receive() can go on without an event.
-  bool has_more() const { return passable() > 0; }
-  // Receives and passes on; whether the client may have something to read. PEER_MESSAGE_INVALID.
+  bool has_more() const { return passable() > 0 || !status_; }
+  // Receives and passes on; whether the client may have something to read. PEER_MESSAGE_INVALID,
+  // when the client has read what came before; LIMIT_EXCEEDED: a record of TLS does not fit.
   Result<bool> receive(int revents);
   // Sends what the client has written. False: the connection has failed.
   bool send();
@@ -38,7 +39,7 @@ class CheckedSocket {
 
  private:
   CheckedSocket(mosquitto* client, io::Descriptor broker, io::Descriptor inner);
-  Status fill();
+  void fill();
   // Bytes that may be passed on now.
   size_t passable() const;
   size_t record_size() const;
@@ -53,6 +54,7 @@ class CheckedSocket {
   std::vector<std::byte> received_;  // what may be passed on; with TLS, of records
   std::vector<std::byte> unsent_;    // of the client
   size_t passed_ = 0, sent_ = 0;     // of both
+  Status status_ = ok();             // of what came after received_
   bool is_closed_ = false, is_established_ = false;
 };
 

@@ -256,6 +256,21 @@ TEST_F(HostileBrokerTest, AMessageWithTooManyPropertiesLosesThem) {
   EXPECT_EQ(client->counts().connections, 1u);
 }
 
+TEST_F(HostileBrokerTest, WhatCameBeforeAnInvalidPacketArrives) {
+  const ScriptedBroker broker(
+      accept_and_send(
+          from_hex("30 05 00 01 74 00 78 30 05 00 01 74 00 79 30 06 00 01 74 01 7f 7a")),
+      false);
+  const auto client = subscribed(broker);
+  ASSERT_TRUE(client);
+  for (const char* payload : {"78", "79"}) {
+    const auto received = client->receive(30s);
+    ASSERT_TRUE(received);
+    EXPECT_EQ(received->payload, from_hex(payload));
+  }
+  EXPECT_TRUE(becomes_true([&] { return reports().size() == 1; }, "a report"));
+}
+
 // What is encrypted cannot be changed.
 TEST_F(HostileBrokerTest, WithTlsAMessageWithTooManyPropertiesEndsTheConnection) {
   const ScriptedBroker broker(accept_and_send(large_message()), true);
