@@ -143,6 +143,7 @@ TEST_F(MqttElements, AnswersRequests) {
   EXPECT_EQ(response->payload, bytes("bcde"));
   EXPECT_EQ(response->properties.correlation_data, bytes("number 7"));
   EXPECT_EQ(response->properties.find("traceparent"), "00-ab-cd-01");
+  EXPECT_EQ(response->properties.find("seq"), "1") << "the invalid one counts";
   EXPECT_TRUE(becomes_true([&] { return p.stat("sink", "consumed") == 1; }, "the answer"));
   EXPECT_EQ(p.stat("sink", "answers-invalid"), 1u);
   EXPECT_EQ(p.stat("sink", "dropped-error"), 1u);

@@ -165,6 +165,7 @@ class MqttSink : public MqttElement<MqttSink, gst::BaseSink> {
     } else if (status.error().code == Code::PEER_MESSAGE_INVALID) {
       ledger_.dropped(DropReason::Error);
       ++invalid_responses_;
+      ++sequence_;
       GST_CAT_WARNING_OBJECT(category(), self(), "%s", status.error().message().c_str());
     } else {
       ledger_.dropped(DropReason::Error);
@@ -263,7 +264,10 @@ class MqttSink : public MqttElement<MqttSink, gst::BaseSink> {
       return Error{.code = Code::PEER_MESSAGE_INVALID,
                    .what = "an answer is dropped: its request has no valid response topic",
                    .offered = quoted_text(out.topic),
-                   .needed = "a topic without the wildcards + and #"};
+                   .needed =
+                       "a topic of 1 to 65535 bytes of UTF-8 without the wildcards + and #, "
+                       "and without NUL",
+                   .fix = "mqttsink response-topic=answers, in the pipeline that asks"};
     }
     return client_->publish(out, wait_time());
   }
