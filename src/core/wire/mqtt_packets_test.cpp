@@ -135,7 +135,7 @@ TEST(MqttPacketFilter, RejectsSizesThatDoNotFit) {
                  "a length of more than four bytes");
 }
 
-// As objects they need 40 times their bytes.
+// 16 MiB of them took 200 MB as objects.
 TEST(MqttPacketFilter, AMessageWithTooManyPropertiesLosesThem) {
   const auto with = [](size_t pairs) {
     Bytes properties;
