@@ -4,14 +4,16 @@
 #include <grpcpp/grpcpp.h>
 
 #include <memory>
+#include <string>
 
 #include "net/server/connection_acceptor.hpp"
 
 namespace weir::net {
 
-// Null if gRPC does not start it. Stop `connections` before the server.
-std::unique_ptr<grpc::Server> serve_connections(
+// Stop `connections` before the server. OPTION_VALUE if gRPC does not start it; `address` is that
+// of the error.
+Result<std::unique_ptr<grpc::Server>> serve_connections(
     grpc::ServerBuilder* builder, const std::shared_ptr<grpc::ServerCredentials>& credentials,
-    ConnectionAcceptor* connections);
+    ConnectionAcceptor* connections, const std::string& address);
 
 }  // namespace weir::net

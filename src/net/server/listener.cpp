@@ -138,8 +138,10 @@ class GrpcListener final : public Listener {
     auto connections = ConnectionAcceptor::listen(options);
     if (!connections) return connections.error();
     rules_.connections = *std::move(connections);
-    server_ = serve_connections(&builder, *credentials, rules_.connections.get());
-    if (!server_) return Error{.code = Code::OPTION_VALUE, .what = "gRPC did not start a server"};
+    auto server =
+        serve_connections(&builder, *credentials, rules_.connections.get(), address_text(options));
+    if (!server) return server.error();
+    server_ = *std::move(server);
     return ok();
   }
   uint32_t port() const noexcept override { return rules_.connections->port(); }

@@ -14,6 +14,7 @@
 #include "net/server/grpc_connections.hpp"
 #include "net/server/keepalive.hpp"
 #include "net/server/peer_name.hpp"
+#include "net/server/server_security.hpp"
 #include "net/tensor_service/tensor_endpoints.hpp"
 
 namespace weir::net {
@@ -233,9 +234,11 @@ class Server final : public TensorEndpoint, grpc::CallbackGenericService {
     auto connections = ConnectionAcceptor::listen(listen_options(options));
     if (!connections) return connections.error();
     guards_.connections = *std::move(connections);
-    server_ =
-        serve_connections(&builder, grpc::InsecureServerCredentials(), guards_.connections.get());
-    if (!server_) return Error{.code = Code::OPTION_VALUE, .what = "gRPC did not start a server"};
+    auto server =
+        serve_connections(&builder, grpc::InsecureServerCredentials(), guards_.connections.get(),
+                          address_text(listen_options(options)));
+    if (!server) return server.error();
+    server_ = *std::move(server);
     return ok();
   }
   uint32_t port() const noexcept override { return guards_.connections->port(); }
