@@ -36,6 +36,15 @@ class HostileClient : public EdgeQuery {
     peer.a.try_to_send(bytes);
     expect_refused(peer, words);
   }
+  // The clients keep their places for twice their timeout while others come.
+  void expect_places_kept(size_t clients) {
+    const auto end = std::chrono::steady_clock::now() + 2 * kTimeout;
+    while (std::chrono::steady_clock::now() < end) client().a.rest();
+    EXPECT_TRUE(is_refused(std::to_string(clients) +
+                           " clients are already connected (property max-connections)"));
+    EXPECT_EQ(listener_->counts().clients, clients);
+  }
+  static constexpr milliseconds kTimeout{100};
   static Bytes host_info(const std::string& text, HeaderForm form = HeaderForm::Bytes2088) {
     return *wire::text_message(form, wire::Command::HostInfo, 1, text);
   }
@@ -266,16 +275,30 @@ TEST_F(HostileClient, Class6SilentClientsDoNotHoldAllPlaces) {
 }
 
 TEST_F(HostileClient, Class6ClientsThatAskKeepTheirPlaces) {
-  constexpr milliseconds kTimeout{100};
   open({.client = {.timeout = kTimeout}, .max_clients = 1});
   auto first = connected();
   first.request({from_text("a")});
   const auto request = listener_->take();
-  const auto end = std::chrono::steady_clock::now() + 2 * kTimeout;
-  while (std::chrono::steady_clock::now() < end) client().a.rest();
-  EXPECT_TRUE(is_refused("1 clients are already connected (property max-connections)"));
+  expect_places_kept(1);
   EXPECT_EQ(respond(request), Sent::Queued);
   EXPECT_EQ(first.response(), (std::vector<Bytes>{from_text("a")}));
+}
+
+// Because the requests of its address have too many bytes.
+TEST_F(HostileClient, Class6AClientThatIsNotReadKeepsItsPlace) {
+  open({.client = {.timeout = kTimeout}, .max_address_bytes = 1000, .max_clients = 2});
+  auto first = connected();
+  first.request({Bytes(2000)});
+  auto request = listener_->take();
+  auto second = connected();
+  ASSERT_TRUE(clients_become(2));
+  second.request({from_text("b")});
+  expect_places_kept(2);
+  EXPECT_EQ(respond(request), Sent::Queued);
+  EXPECT_EQ(first.response()[0].size(), 2000u);
+  request = nullptr;  // its bytes are free
+  respond_once();
+  EXPECT_EQ(second.response(), (std::vector<Bytes>{from_text("b")}));
 }
 
 TEST_F(HostileClient, Class6ClientsWaitForTheCapsOnlySoLong) {
