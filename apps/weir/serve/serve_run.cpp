@@ -152,10 +152,12 @@ bool ServeRun::stop() {
 }
 
 void ServeRun::on_message(Served* served, GstMessage* message) {
+  // What follows the first error.
+  if (served->is_stopping || served->restart != 0) return;
   switch (GST_MESSAGE_TYPE(message)) {
     case GST_MESSAGE_ERROR:
       print_errors({parse_diagnostic(message)});
-      if (served->restart == 0) restart(served);
+      restart(served);
       break;
     case GST_MESSAGE_WARNING:
       print_warning(parse_diagnostic(message));
@@ -177,10 +179,26 @@ void ServeRun::end_if_all_ended(int status) {
     end(status);
 }
 
-// Requests that the pipeline had end as aborted. The errors that follow the first one are dropped
-// with the bus.
+// Stops the pipeline on another thread: its end waits for requests in work, for ever if a model
+// hangs. Requests that the pipeline had end as aborted.
 void ServeRun::restart(Served* served) {
-  gst_element_set_state(served->what.pipeline.get(), GST_STATE_NULL);
+  served->is_stopping = true;
+  gst_element_call_async(
+      served->what.pipeline.get(),
+      [](GstElement* pipeline, gpointer user) {
+        gst_element_set_state(pipeline, GST_STATE_NULL);
+        g_idle_add_once(
+            [](gpointer one) {
+              auto* stopped = static_cast<Served*>(one);
+              stopped->run->on_stopped(stopped);
+            },
+            user);
+      },
+      served, nullptr);
+}
+
+void ServeRun::on_stopped(Served* served) {
+  served->is_stopping = false;
   if (signals_ > 0) {
     served->ended = true;
     return end_if_all_ended(kExitError);
@@ -209,8 +227,8 @@ void ServeRun::start_again(Served* served) {
   served->played_from = g_get_monotonic_time();
   if (gst_element_set_state(pipeline, GST_STATE_PLAYING) != GST_STATE_CHANGE_FAILURE) return;
   print_errors(get_errors(served->what));
-  gst_element_set_state(pipeline, GST_STATE_NULL);
-  start_later(served);
+  served->played_from = g_get_monotonic_time();  // it did not play, however long that took
+  restart(served);
 }
 
 void ServeRun::on_signal() {
@@ -226,7 +244,7 @@ void ServeRun::on_signal() {
     if (served->restart != 0) {
       g_source_remove(std::exchange(served->restart, 0));
       served->ended = true;
-    } else {
+    } else if (!served->is_stopping) {
       // It waits for the request in work.
       gst_element_call_async(
           served->what.pipeline.get(),

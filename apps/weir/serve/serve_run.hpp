@@ -57,9 +57,11 @@ class ServeRun {
     guint wait_ms = 0;       // before the last restart
     gint64 played_from = 0;  // by g_get_monotonic_time()
     bool ended = false;
+    bool is_stopping = false;  // to start again
   };
   void on_message(Served* served, GstMessage* message);
   void restart(Served* served);
+  void on_stopped(Served* served);
   void start_later(Served* served);
   void start_again(Served* served);
   void end_if_all_ended(int status);

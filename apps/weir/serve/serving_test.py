@@ -302,6 +302,25 @@ class CustomFilter:
                 self.assertGreater(process.returncode, 0)
                 self.assertEqual(status_of(call.result)[0], "UNAVAILABLE")
 
+    @unittest.skipUnless(HAS_GRPCIO and has_engine("python3"), "grpcio is not installed, or the engine python3 not built")
+    def test_a_model_that_fails_while_another_request_does_not_end_keeps_no_server(self):
+        for name in ("begun", "gate"):
+            os.mkfifo(self.folder / name)
+        model = self.script("model.py", "assert x[0] != 13, 'unlucky'; "
+                            "open(os.path.join(HERE, 'begun'), 'w').close(); open(os.path.join(HERE, 'gate')).close()")
+        process, _, address = self.serve(model, "--workers", 2, line="input float32 4:1.* +output float32 4:1.*\n")
+        client, one = self.client(address, "model"), np.ones((1, 4), np.float32)
+        hung = client.stub.ModelInfer.future(request("model", one), timeout=120)
+        with open(self.folder / "begun", encoding="ascii"):
+            pass
+        self.assertIn(status_of(lambda: client.infer(request("model", 13 * one)))[0], FAILED)
+        self.assertIn("unlucky", process.stderr.readline())  # it stops the pipeline, which waits for the other request
+        process.send_signal(signal.SIGTERM)
+        _, errors = process.communicate(timeout=60)
+        self.assertIn("weir: a model did not end its request in time, which is aborted\n", errors)
+        self.assertGreater(process.returncode, 0)
+        self.assertEqual(status_of(hung.result)[0], "UNAVAILABLE")
+
     @unittest.skipUnless(HAS_GRPCIO, "grpcio is not installed")
     def test_clients_unload_and_load_models_where_that_is_allowed(self):
         process, _, address = self.serve(f"digits={MODEL}", "--model-control")
@@ -370,11 +389,14 @@ class CustomFilter:
         process, _, _ = self.serve(f"digits={MODEL}", "--metrics=127.0.0.1:0")
         page = process.stdout.readline().split()[1]
         port = int(re.search(r":(\d+)/", page)[1])
+        def descriptors():
+            return len(os.listdir(f"/proc/{process.pid}/fd"))
+        before = descriptors()
         with contextlib.ExitStack() as opened:
             slow = [opened.enter_context(socket.create_connection(("127.0.0.1", port), 10)) for _ in range(40)]
             with urllib.request.urlopen(page, timeout=60) as response:
                 self.assertIn(b"weir_build_info", response.read())
-            self.assertLess(len(os.listdir(f"/proc/{process.pid}/fd")), 40)
+            self.assertLess(descriptors() - before, len(slow) // 2)
             for one in slow[:24]:
                 self.assertEqual(one.recv(1), b"")
             begun, last = time.monotonic(), slow[-1]
