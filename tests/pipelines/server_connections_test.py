@@ -12,6 +12,7 @@ import struct
 import tempfile
 import time
 import unittest
+import unittest.mock
 
 import numpy as np
 
@@ -73,8 +74,13 @@ class Connections(unittest.TestCase):
         client.wait_until_ready("same")
         return client
 
-    def peer(self, pipeline):
-        peer = http2_peer.Connection(pipeline.port)
+    def peer(self, pipeline, path=None):
+        def connect(*_):
+            one = socket.socket(socket.AF_UNIX)
+            one.connect(path)
+            return one
+        with unittest.mock.patch.object(socket, "create_connection", connect) if path else contextlib.nullcontext():
+            peer = http2_peer.Connection(None if path else pipeline.port)
         self.open.callback(peer.close)
         return peer
 
@@ -206,17 +212,18 @@ class Connections(unittest.TestCase):
 
     def test_a_message_that_comes_slowly_is_received(self):
         """At three times the rate that is the least: for longer than the time until a message that does not come ends."""
-        pipeline = self.serve()
-        peer = self.peer(pipeline)
-        stream = peer.call(INFER, bytes(10 * MIB))
-        begun = time.monotonic()
-        unsent, stream.unsent = stream.unsent, memoryview(b"")
-        while stream.reset is None and not peer.closed and time.monotonic() - begun < 13:
-            stream.unsent, unsent = unsent[:10_000], unsent[10_000:]
-            peer.push()
-            peer.read(0.5)
-            peer.ping()
-        self.assertEqual((stream.reset, peer.closed), (None, False))
+        for path in (None, os.path.join(self.open.enter_context(tempfile.TemporaryDirectory()), "socket")):
+            with self.subTest(path=path):
+                peer = self.peer(self.serve(path=path), path)
+                stream = peer.call(INFER, bytes(10 * MIB))
+                begun = time.monotonic()
+                unsent, stream.unsent = stream.unsent, memoryview(b"")
+                while stream.reset is None and not peer.closed and time.monotonic() - begun < 13:
+                    stream.unsent, unsent = unsent[:10_000], unsent[10_000:]
+                    peer.push()
+                    peer.read(0.5)
+                    peer.ping()
+                self.assertEqual((stream.reset, peer.closed), (None, False))
 
     def test_a_receiver_of_tensors_that_does_not_ask_ends(self):
         pipeline = Pipeline("videotestsrc is-live=true ! video/x-raw,format=GRAY8,width=4,height=4 ! tensor_converter ! "

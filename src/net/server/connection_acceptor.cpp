@@ -241,12 +241,14 @@ void ConnectionAcceptor::message_came(const std::string& peer) {
   for (auto at = begin; at != end; ++at) at->second.had_message = true;
 }
 
-uint64_t ConnectionAcceptor::bytes_received(const std::string& peer) const {
+std::optional<uint64_t> ConnectionAcceptor::bytes_received(const std::string& peer) const {
   const std::string name = plain_peer_name(peer);
   const std::lock_guard lock(mutex_);
-  uint64_t bytes = 0;
+  std::optional<uint64_t> bytes;
   const auto [begin, end] = connections_.equal_range(name);
-  for (auto at = begin; at != end; ++at) bytes += read_traffic(at->second).received;
+  for (auto at = begin; at != end; ++at)
+    if (const auto traffic = read_traffic(at->second))
+      bytes = bytes.value_or(0) + traffic->received;
   return bytes;
 }
 
@@ -263,23 +265,26 @@ uint64_t ConnectionAcceptor::refused() const {
   return refused_;
 }
 
-ConnectionAcceptor::Traffic ConnectionAcceptor::read_traffic(const Connection& connection) {
+std::optional<ConnectionAcceptor::Traffic> ConnectionAcceptor::read_traffic(
+    const Connection& connection) {
   tcp_info info{};
   socklen_t size = sizeof info;
-  if (getsockopt(connection.socket.get(), IPPROTO_TCP, TCP_INFO, &info, &size) != 0) return {};
-  return {info.tcpi_bytes_received, info.tcpi_bytes_acked};
+  if (getsockopt(connection.socket.get(), IPPROTO_TCP, TCP_INFO, &info, &size) != 0)
+    return std::nullopt;
+  return Traffic{info.tcpi_bytes_received, info.tcpi_bytes_acked};
 }
 
 // A client may also send a little for what it receives: frames that open the window of an answer.
 bool ConnectionAcceptor::is_costly(Connection* connection) const {
   constexpr uint64_t kIdleBytes = 1 << 20, kAnswerPart = 64;
-  const Traffic now = read_traffic(*connection);
+  const Traffic now = read_traffic(*connection).value_or(Traffic{});
   if (std::exchange(connection->had_message, false)) {
     connection->traffic = now;
+    connection->calls_then = connection->calls;
     return false;
   }
   // With a quarter more for the frames around the messages.
-  const uint64_t messages = std::min(limits_.message_bytes * connection->calls, limits_.bytes);
+  const uint64_t messages = std::min(limits_.message_bytes * connection->calls_then, limits_.bytes);
   const uint64_t answers = (now.acknowledged - connection->traffic.acknowledged) / kAnswerPart;
   return now.received - connection->traffic.received >
          kIdleBytes + messages + messages / 4 + answers;
@@ -385,7 +390,7 @@ void ConnectionAcceptor::refuse_silent_and_costly() {
 }
 
 void ConnectionAcceptor::accept_from(int listening) {
-  for (int i = 0; i < kMaxAccepted; ++i) {
+  for (int i = 0; i < kMaxAccepted && !is_paused_; ++i) {
     Socket socket(accept4(listening, nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK));
     if (socket) {
       add(std::move(socket));
@@ -427,16 +432,17 @@ void ConnectionAcceptor::add(Socket socket) {
       ++refused_;
       return;
     }
-    ++networks_[network].connections;
     Connection connection;
     connection.socket = std::move(socket);
     connection.network = network;
     connection.accepted = Clock::now();
     connection.is_known = network == kUnixPeers;
     const auto added = connections_.emplace(name, std::move(connection));
+    ++networks_[network].connections;
     given = fcntl(number, F_DUPFD_CLOEXEC, 0);
     if (given < 0) {
       forget(added);
+      ++refused_;
       is_paused_ = true;
       return;
     }

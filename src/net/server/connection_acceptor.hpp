@@ -15,6 +15,7 @@
 #include <functional>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <thread>
 #include <unordered_map>
@@ -87,9 +88,10 @@ class ConnectionAcceptor {
   void call_began(const std::string& peer);
   void message_came(const std::string& peer);
   void call_ended(const std::string& peer);
-  // What the connections of this name have received so far; 0 if that is unknown.
-  uint64_t bytes_received(const std::string& peer) const;
-  // Connections that were closed because of a limit.
+  // What the connections of this name have received so far; nullopt if that is unknown, as it is of
+  // a Unix socket.
+  std::optional<uint64_t> bytes_received(const std::string& peer) const;
+  // Connections that were closed because of a limit, or without a descriptor for gRPC.
   uint64_t refused() const;
 
  private:
@@ -105,7 +107,9 @@ class ConnectionAcceptor {
     bool is_refused = false;
     bool had_message = false;  // or a call, since the last look
     uint32_t calls = 0;        // that have not ended
-    Traffic traffic;           // at the last look with one
+    // At the last look with one. A call that ends without its message leaves what it received.
+    Traffic traffic;
+    uint32_t calls_then = 0;
   };
   using Connections = std::unordered_multimap<std::string, Connection>;  // by the names of peers
 
@@ -117,7 +121,7 @@ class ConnectionAcceptor {
   explicit ConnectionAcceptor(const ConnectionLimits& limits) : limits_(limits) {}
   bool bind_port(const ListenOptions& options);
   bool bind_path(const ListenOptions& options);
-  static Traffic read_traffic(const Connection& connection);
+  static std::optional<Traffic> read_traffic(const Connection& connection);
   bool is_costly(Connection* connection) const;
   void refuse(Connection* connection);
   void bar(const std::string& network);

@@ -73,6 +73,27 @@ class Accepting : public ::testing::Test {
     return read(socket.get(), &byte, 1) <= 0;
   }
 
+  // Sends bytes and receives them. False when the connection ends before all were sent.
+  static bool transfer(const Socket& from, const Socket& to, size_t count) {
+    std::vector<char> bytes(64 << 10);
+    for (size_t sent = 0; sent < count; sent += bytes.size()) {
+      if (send(from.get(), bytes.data(), bytes.size(), MSG_NOSIGNAL) <= 0) return false;
+      for (size_t got = 0; got < bytes.size();) {
+        const ssize_t part = recv(to.get(), bytes.data(), bytes.size() - got, 0);
+        if (part == 0) return false;
+        if (part > 0) got += static_cast<size_t>(part);
+      }
+    }
+    return true;
+  }
+  // Returns when the acceptor has looked at what all connections have received: then it ends one
+  // that sends without calls.
+  void wait_for_look(const char* from) {
+    const Socket client = connect(from);
+    const Socket served = accepted();
+    EXPECT_FALSE(transfer(client, served, size_t{1} << 40));
+  }
+
   std::unique_ptr<ConnectionAcceptor> acceptor_;
   std::mutex mutex_;  // guards the rest
   std::condition_variable changed_;
@@ -151,18 +172,24 @@ TEST_F(Accepting, EndsAConnectionThatReceivesMoreThanItsMessages) {
   const Socket client = connect();
   const Socket served = accepted();
   const std::string peer = peer_name(served.get());
-  std::vector<char> bytes(64 << 10);
   acceptor_->call_began(peer);
-  bool is_open = true;
-  for (int i = 0; is_open && i < 4096; ++i) {
-    is_open = send(client.get(), bytes.data(), bytes.size(), MSG_NOSIGNAL) > 0;
-    for (size_t got = 0; is_open && got < bytes.size();) {
-      const ssize_t count = recv(served.get(), bytes.data(), bytes.size() - got, 0);
-      if (count == 0) is_open = false;
-      if (count > 0) got += static_cast<size_t>(count);
-    }
-  }
-  EXPECT_FALSE(is_open);
+  EXPECT_FALSE(transfer(client, served, size_t{1} << 40));
+}
+
+TEST_F(Accepting, KeepsAConnectionWhoseCallEndsBeforeItsMessageHasCome) {
+  ListenOptions options;
+  options.host = "127.0.0.1";
+  listen(options);
+  const Socket client = connect();
+  const Socket served = accepted();
+  const std::string peer = peer_name(served.get());
+  acceptor_->call_began(peer);
+  wait_for_look("127.0.0.2");
+  EXPECT_TRUE(transfer(client, served, 8 << 20));
+  acceptor_->call_ended(peer);  // at its deadline, for example
+  wait_for_look("127.0.0.3");
+  EXPECT_EQ(acceptor_->refused(), 2u) << "those that wait_for_look() made";
+  EXPECT_TRUE(transfer(client, served, 1));
 }
 
 TEST_F(Accepting, ListensOnNamesAddressesAndPaths) {

@@ -153,7 +153,8 @@ void ServerReactor::wait_for_message(Call::Clock::time_point began) {
     {
       std::lock_guard lock(state->mutex);
       if (!expired || state->ended || messages_ != had) return;
-      const bool is_slow = rules->connections->bytes_received(peer) < bytes + kBytesInWait;
+      const auto now = rules->connections->bytes_received(peer);
+      const bool is_slow = now && bytes && *now < *bytes + kBytesInWait;
       if (!is_slow && !is_stream() && Call::Clock::now() - began < rules->time_limit)
         return wait_for_message(began);
     }
