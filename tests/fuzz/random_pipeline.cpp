@@ -365,7 +365,7 @@ class Player {
     const auto bytes = input_.bytes(std::min<size_t>(out.size(), 4 + input_.below(20)));
     for (size_t i = 0; i < out.size() && !bytes.empty(); ++i)
       out[i] = static_cast<guint8>(bytes[i % bytes.size()]);
-    // Small numbers, of which most random bytes are none.
+    // As floats, random bytes are rarely small numbers.
     if (!numbers) return;
     for (size_t i = 0; i + sizeof(float) <= out.size(); i += sizeof(float)) {
       const float number = static_cast<float>(out[i]) / 16;

@@ -58,9 +58,8 @@ class Tracker {
   void forget() noexcept;  // all tracks; their numbers are not given again
   size_t tracks() const noexcept { return tracks_.size(); }
   uint64_t numbers_given() const noexcept { return given_; }
-  size_t left_out() const noexcept {
-    return left_out_;
-  }  // boxes of the last frame beyond the limit
+  // Boxes of the last frame beyond the limit.
+  size_t left_out() const noexcept { return left_out_; }
   // Pairs of a track and a box that the last frame compared, and those that could be assigned.
   size_t compared() const noexcept { return compared_; }
   size_t candidates() const noexcept { return candidates_; }

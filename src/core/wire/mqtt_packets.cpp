@@ -51,7 +51,8 @@ uint8_t number(std::byte byte) {
 
 constexpr size_t kMaxNumberBytes = 4;
 
-// A number of up to four bytes, of which each but the last has its highest bit.
+// MQTT 5, 1.5.5: a variable byte integer, up to four bytes; all but the last have their highest bit
+// set.
 struct VariableNumber {
   uint32_t value = 0;
   size_t bytes = 0;
@@ -249,8 +250,8 @@ Status MqttPacketFilter::take_head(Bytes* bytes, std::vector<std::byte>* out) {
   return end_head(out);
 }
 
-// Writes the packet again without its properties, of which these bytes have not come: all of them,
-// because their length has just come.
+// Writes the packet again without its properties. None of their bytes has come yet: only their
+// length has.
 Status MqttPacketFilter::strip(size_t properties, std::vector<std::byte>* out) {
   if (type_ >> 4 != kPublish)
     return packet_error(std::to_string(properties) + " bytes of properties",

@@ -297,8 +297,8 @@ void ConnectionAcceptor::refuse(Connection* connection) {
   ++refused_;
 }
 
-// Of a network one connection of which cost too much. The others that have as many calls as gRPC
-// allows would follow.
+// Bars a network after one of its connections cost too much, and ends its other connections that
+// have as many calls as gRPC allows: they would follow.
 void ConnectionAcceptor::bar(const std::string& network) {
   networks_[network].barred_until = Clock::now() + kBarred;
   for (auto& [name, connection] : connections_)

@@ -55,8 +55,8 @@ class BrokerClient::Impl {
   // Of the thread.
   void run();
   void use_connection();
-  // Reports a failure to open() if that still waits; whether it did.
-  bool is_first_failure();
+  // Reports a failure to open() if that still waits; false if it does not.
+  bool report_to_open();
   bool connect();
   bool connect_to_one(const std::vector<std::string>& addresses, std::string* reason);
   bool connect_to(const std::string& target, bool blocking, std::string* reason);

@@ -126,8 +126,8 @@ void BrokerClient::Impl::run() {
       use_connection();
       // A broker repeats a message that it retains, also an invalid one.
       if (!error_) delay = kFirstDelay;
-    } else if (is_first_failure()) {
-      return;  // open() reports it
+    } else if (report_to_open()) {
+      return;
     }
     wait_for_wake(delay);
     delay = std::min<std::chrono::milliseconds>(2 * delay, kLastDelay);
@@ -143,7 +143,7 @@ void BrokerClient::Impl::use_connection() {
   disconnected();
 }
 
-bool BrokerClient::Impl::is_first_failure() {
+bool BrokerClient::Impl::report_to_open() {
   std::lock_guard lock(mutex_);
   const bool first = !first_;
   if (first) first_ = error_ ? *error_ : broker_unreachable(options_, "the client was stopped");
