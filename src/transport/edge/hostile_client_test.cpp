@@ -251,14 +251,13 @@ TEST_F(HostileClient, Class6AFloodOfMessagesStallsNoOtherAndNoStop) {
 // Clients that are silent after the handshake keep their places only while no other wants them.
 TEST_F(HostileClient, Class6SilentClientsDoNotHoldAllPlaces) {
   open({.client = {.timeout = milliseconds(1500)}, .max_clients = 3});
-  auto honest = connected();
-  honest.request({from_text("a")});
+  auto honest = connected(), silent = connected(), busy = connected();
+  ASSERT_TRUE(clients_become(3));
+  honest.request({from_text("a")});  // the silent one is silent for longer
   respond_once();
   honest.response();
-  auto silent = connected(), busy = connected();
   busy.request({from_text("b")});
   const auto request = listener_->take();
-  ASSERT_TRUE(clients_become(3));
   const auto is_served = [&] {
     const Bytes refused = wire::test::golden_error();
     const Bytes first = client().a.receive(refused.size());
