@@ -78,6 +78,7 @@ class PipelineCase(unittest.TestCase):
         done = subprocess.run(["gst-launch-1.0", "-q", *line.split()], capture_output=True, text=True, timeout=200)
         self.assertEqual(done.returncode, 0, done.stderr[-2000:])
         self.assertNotRegex(done.stderr, LEAKED)
+        self.assertNotRegex(done.stderr, "(?m)^INFO: ", "an engine's own log")
 
 
 class ReferenceCase(PipelineCase):

@@ -27,8 +27,8 @@ class EngineTest : public ::testing::Test {
     return OpenEngine::open(*engine(), folder_.write("model.bin", bytes), options, threads);
   }
   // Null, with a test failure, when the model cannot be opened.
-  static std::unique_ptr<OpenEngine> opened(const std::string& path) {
-    auto model = OpenEngine::open(*engine(), path);
+  static std::unique_ptr<OpenEngine> opened(const std::string& path, const Options& options = {}) {
+    auto model = OpenEngine::open(*engine(), path, options);
     if (!model) ADD_FAILURE() << path << ": " << model.error().message();
     return model ? *std::move(model) : nullptr;
   }

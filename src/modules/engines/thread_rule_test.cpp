@@ -124,6 +124,19 @@ TEST(TfliteWork, ExcludesOperatorsThatXnnpackDoesNotRun) {
   EXPECT_EQ(tflite_work(small_graph(TfliteType::kUint8)).operators, 0u);
 }
 
+TEST(TfliteWork, XnnpackSuitsAllButUint8Products) {
+  EXPECT_TRUE(suits_xnnpack(small_graph(TfliteType::kFloat32)));
+  EXPECT_TRUE(suits_xnnpack(small_graph(TfliteType::kInt8)));
+  auto graph = small_graph(TfliteType::kUint8);
+  EXPECT_FALSE(suits_xnnpack(graph));
+  graph.tensors[5].type = TfliteType::kFloat32;  // weights of the matrix product
+  EXPECT_TRUE(suits_xnnpack(graph));
+  graph.operators[2].inputs = {4, -1};
+  EXPECT_FALSE(suits_xnnpack(graph));
+  graph.operators.clear();
+  EXPECT_TRUE(suits_xnnpack(graph));
+}
+
 TEST(TfliteWork, ExcludesOpenShapesAndMissingTensors) {
   auto graph = small_graph(TfliteType::kFloat32);
   graph.tensors[2].shape[1] = -1;       // the convolution's output

@@ -56,6 +56,14 @@ TEST_F(TensorflowLiteModels, LargeModelsUseSeveralThreads) {
   }
 }
 
+TEST_F(TensorflowLiteModels, Uint8ModelsUseXnnpackOnlyWhenAsked) {
+  const auto path = shared_file("models/classification/mobilenet_v2_1.0_224_quant.tflite");
+  if (path.empty()) GTEST_SKIP() << "MobileNet v2 is not there";
+  for (const auto& [options, used] :
+       {std::pair<Options, bool>{{}, false}, {{{"Delegate", "XNNPACK"}}, true}})
+    EXPECT_EQ(nlohmann::json::parse(opened(path, options)->info().metadata_json)["xnnpack"], used);
+}
+
 // The fraction of labelled rows that the model classifies correctly.
 double share_right(OpenEngine* model, const std::vector<std::vector<float>>& rows, size_t step) {
   double right = 0, count = 0;

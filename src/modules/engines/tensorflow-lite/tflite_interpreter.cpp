@@ -2,8 +2,13 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "tensorflow-lite/tflite_interpreter.hpp"
 
+#include <unistd.h>
+
 #include <cstdarg>
 #include <cstdio>
+#include <mutex>
+#include <string_view>
+#include <utility>
 
 #include "tensor_check.hpp"
 #include "thread_limit.hpp"
@@ -34,6 +39,38 @@ Error load_error(const std::string& reported_errors) {
                .fix = "download or export the model again, then check it with weir inspect MODEL"};
 }
 
+#ifdef __GLIBC__
+// Logs what the library prints, and passes on what other threads print meanwhile.
+ssize_t write_message(void*, const char* text, size_t size) {
+  const std::string_view message(text, size);
+  if (!message.starts_with("INFO: ")) return write(STDERR_FILENO, text, size);
+  log(WEIR_LOG_INFO, std::string(message.substr(0, message.find_last_not_of('\n') + 1)));
+  return static_cast<ssize_t>(size);
+}
+
+// The library prints a line to stderr when it makes its first delegate, and no setting prevents it.
+TfLiteDelegate* create_delegate(const TfliteApi& api, const XnnpackOptions& options) {
+  static std::mutex mutex;
+  const std::lock_guard lock(mutex);
+  static FILE* const messages = [] {  // never closed: another thread may be using it
+    FILE* const out = fopencookie(
+        nullptr, "w", {.read = nullptr, .write = write_message, .seek = nullptr, .close = nullptr});
+    if (out) std::setvbuf(out, nullptr, _IOLBF, 0);
+    return out;
+  }();
+  if (!messages) return api.xnnpack_create(&options);
+  FILE* const before = std::exchange(stderr, messages);
+  TfLiteDelegate* const delegate = api.xnnpack_create(&options);
+  stderr = before;
+  std::fflush(messages);
+  return delegate;
+}
+#else
+TfLiteDelegate* create_delegate(const TfliteApi& api, const XnnpackOptions& options) {
+  return api.xnnpack_create(&options);
+}
+#endif
+
 }  // namespace
 
 TfliteInterpreter::TfliteInterpreter(const TfliteApi& api)
@@ -53,7 +90,7 @@ Result<std::unique_ptr<TfliteInterpreter>> TfliteInterpreter::create(
     const TfliteApi& api, const TfLiteModel* model, const TfliteOptions& options,
     std::span<const weir_tensor_info> shapes) {
   const bool delegate =
-      options.xnnpack && api.modify_graph && api.xnnpack_create && api.xnnpack_delete;
+      options.xnnpack == true && api.modify_graph && api.xnnpack_create && api.xnnpack_delete;
   std::unique_ptr<TfliteInterpreter> out(new TfliteInterpreter(api));
   if (delegate) {
     const auto status = out->build(model, options, true, shapes);
@@ -108,7 +145,7 @@ bool TfliteInterpreter::delegate_graph(int threads) {
   XnnpackOptions options;
   options.num_threads = threads;
   options.flags = kXnnpackSignedInt8;
-  delegate_.reset(api_.xnnpack_create(&options));
+  delegate_.reset(create_delegate(api_, options));
   return delegate_ && api_.modify_graph(interpreter_.get(), delegate_.get()) == kTfLiteOk;
 }
 

@@ -75,10 +75,16 @@ uint32_t find_layout(const weir_tensor_info& info) {
 // only models whose frames take milliseconds get several threads.
 constexpr ThreadCosts kThreadCosts{.of_operator = 1, .of_invoke = 50e6, .of_weight = 0};
 
-int threads_by_size(std::span<const std::byte> file, const TfliteOptions& options) {
-  if (!options.xnnpack) return 1;  // TensorFlow Lite's own kernels do not benefit
+// Chooses what the options leave open.
+void complete(std::span<const std::byte> file, TfliteOptions* options) {
+  if (options->xnnpack && options->threads > 0) return;
   const auto graph = read_tflite_graph(file);
-  return graph ? threads_for(tflite_work(*graph), kThreadCosts, usable_cores()) : 1;
+  if (!options->xnnpack) options->xnnpack = !graph || suits_xnnpack(*graph);
+  if (options->threads > 0) return;
+  // TensorFlow Lite's own kernels do not benefit from threads.
+  options->threads = graph && *options->xnnpack
+                         ? threads_for(tflite_work(*graph), kThreadCosts, usable_cores())
+                         : 1;
 }
 
 }  // namespace
@@ -128,8 +134,7 @@ Result<std::unique_ptr<TfliteModel>> TfliteModel::open(const weir_open& request)
   if (!summary) return named(summary.error());
   model->summary_ = *std::move(summary);
   model->options_ = *options;
-  if (model->options_.threads == 0)
-    model->options_.threads = threads_by_size({model->bytes_.data(), size}, model->options_);
+  complete({model->bytes_.data(), size}, &model->options_);
   // The delegate of 2.9 writes through a null pointer when no operator computes an output.
   if (model->summary_.passes_through) model->options_.xnnpack = false;
   model->model_.reset((*api)->model_create(model->bytes_.data(), size));

@@ -11,8 +11,10 @@ namespace weir::engine {
 namespace {
 
 void choose_delegate(std::string_view name, TfliteOptions* out) {
-  out->xnnpack = !equals_ignoring_case(name, "None");
-  if (out->xnnpack && !equals_ignoring_case(name, "XNNPACK"))
+  const bool is_none = equals_ignoring_case(name, "None");
+  if (is_none || equals_ignoring_case(name, "XNNPACK"))
+    out->xnnpack = !is_none;
+  else
     log(WEIR_LOG_WARNING, "the delegate " + std::string(name) +
                               " is not available here, XNNPACK is used; known: XNNPACK, None");
 }

@@ -26,6 +26,10 @@ const TfliteGraphTensor* tensor_at(const TfliteGraph& graph, const std::vector<i
   return at < graph.tensors.size() ? &graph.tensors[at] : nullptr;
 }
 
+const TfliteGraphTensor* find_weights(const TfliteGraph& graph, const TfliteGraphOperator& node) {
+  return tensor_at(graph, node.inputs, 1);
+}
+
 // The product of the extents; empty when one is open.
 std::optional<double> count_numbers(const TfliteGraphTensor& tensor) {
   double numbers = 1;
@@ -49,7 +53,7 @@ Work tflite_work(const TfliteGraph& graph) {
   Work work;
   for (const auto& node : graph.operators) {
     if (!multiplies(node.code)) continue;
-    const auto* weights = tensor_at(graph, node.inputs, 1);
+    const auto* weights = find_weights(graph, node);
     const auto* output = tensor_at(graph, node.outputs, 0);
     if (!weights || !output || weights->shape.empty()) continue;
     if (!is_counted(weights->type)) continue;
@@ -60,6 +64,17 @@ Work tflite_work(const TfliteGraph& graph) {
     ++work.operators;
   }
   return work;
+}
+
+bool suits_xnnpack(const TfliteGraph& graph) {
+  bool has_products = false;
+  for (const auto& node : graph.operators) {
+    if (!multiplies(node.code)) continue;
+    const auto* weights = find_weights(graph, node);
+    if (weights && is_counted(weights->type)) return true;
+    has_products = true;
+  }
+  return !has_products;
 }
 
 }  // namespace weir::engine

@@ -10,4 +10,8 @@ namespace weir::engine {
 // other operators and tensors with open shapes do not count.
 Work tflite_work(const TfliteGraph& graph);
 
+// Whether XNNPACK can run at least one of the convolutions and matrix products, or there are none.
+// It does not speed up a graph in which all of them are uint8.
+bool suits_xnnpack(const TfliteGraph& graph);
+
 }  // namespace weir::engine
