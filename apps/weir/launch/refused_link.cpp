@@ -81,9 +81,11 @@ std::string numbered(std::string name, const std::string& number) {
   return name;
 }
 
-// The digits of a name that was meant, as 9 of "src_9z"; else the first number that is free.
+// The digits of a name that was meant, as 9 of "src_9z"; else the first number that is free. ""
+// when a pad without a number is linked already.
 std::string make_example(const std::string& name, const std::string& meant,
                          const std::set<std::string>& used) {
+  if (!next_conversion(name)) return used.contains(name) ? "" : name;
   const size_t begin = meant.find_first_of(kDigits);
   if (begin != std::string::npos) {
     const size_t end = meant.find_first_not_of(kDigits, begin);
@@ -94,7 +96,8 @@ std::string make_example(const std::string& name, const std::string& meant,
   return numbered(name, std::to_string(number));
 }
 
-// The names of pads of the element in the text. Links that name none take the first numbers.
+// The names of pads of the element in the text. Links that name none take the first numbers, or the
+// first pad without a number.
 std::set<std::string> used_pads(const LaunchGraph& graph, const NamedPad& end,
                                 const std::vector<std::string>& templates) {
   const bool is_source = end.direction == GST_PAD_SRC;
@@ -105,8 +108,13 @@ std::set<std::string> used_pads(const LaunchGraph& graph, const NamedPad& end,
     const std::string& pad = (is_source ? link.from_pad : link.to_pad).name;
     out.insert(pad);
     if (!pad.empty()) continue;
-    for (const auto& name : templates) out.insert(numbered(name, std::to_string(number)));
+    for (const auto& name : templates)
+      if (next_conversion(name)) out.insert(numbered(name, std::to_string(number)));
     ++number;
+    const auto single = std::find_if(templates.begin(), templates.end(), [&out](const auto& name) {
+      return !next_conversion(name) && !out.contains(name);
+    });
+    if (single != templates.end()) out.insert(*single);
   }
   return out;
 }
@@ -129,13 +137,14 @@ std::optional<Error> check_pad(const std::string& text, const LaunchGraph& graph
   if (is_known) return std::nullopt;
   const auto used = used_pads(graph, end, names);
   std::vector<std::string> examples;
-  examples.reserve(names.size());
-  for (const auto& name : names) examples.push_back(make_example(name, pad, used));
+  for (const auto& name : names)
+    if (auto example = make_example(name, pad, used); !example.empty())
+      examples.push_back(std::move(example));
   const std::string close = examples.size() == 1 ? examples[0] : nearest(pad, examples);
   Error out{.code = Code::OPTION_SYNTAX,
             .what = end.element.type + " has no " + end.kind() + " with the name " + pad,
             .needed = std::string("a ") + end.kind() + " of " + end.element.type + ": " +
-                      join(names, " or "),
+                      join(names, " or ") + (examples.empty() ? "; it is linked already" : ""),
             .difference = place_in(text, end.pad.at)};
   if (!close.empty() && text.compare(end.pad.at, pad.size(), pad) == 0)
     out.fix = text.substr(0, end.pad.at) + close + text.substr(end.pad.at + pad.size());

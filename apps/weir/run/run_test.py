@@ -339,6 +339,13 @@ class Run(Case):
                 self.assertEqual(fix, line[:-len(rest)] + name + rest[len(pad):])
                 self.good(weir("run", fix))
 
+    def test_a_pad_name_that_fits_none_while_the_only_pad_is_linked(self):
+        for element in ("videoconvert", "tensor_transform mode=typecast option=float32"):
+            output, rest = self.place(f"videotestsrc ! {element} name=o ! fakesink videotestsrc ! o.result")
+            self.assertEqual(rest, "result")
+            self.assertIn(f"  needed: a sink pad of {element.split()[0]}: sink; it is linked already\n", output)
+            self.assertNotIn("fix:", output)
+
     def test_pads_that_elements_can_have_are_accepted(self):
         tensors = "videotestsrc num-buffers=2 ! tensor_converter ! "
         for line in (tensors + "m.sink_%u tensor_mux name=m ! fakesink", tensors + "m.sink_7 tensor_mux name=m m.src ! fakesink",
