@@ -48,6 +48,9 @@ class Page(Coco):
         page = self.folder / "page.html"
         self.assertIn(f"Page: {page}", self.good(self.evaluate("--page", page)))
         text = page.read_text()
+        classes = re.findall(r'<p class="(\w+)"', text)
+        for name in set(classes):  # one rule for each: the styles of two pages are joined
+            self.assertEqual(len(re.findall(rf"\.{name}\b[^{{}}]*{{", text)), 1, name)
         self.assertNotRegex(text, "https?://|<script")
         self.assertEqual(text.count("data:image/jpeg;base64,"), 1)  # the first has no errors
         self.assertIn("2.png<br>2 missed, 1 false", text)

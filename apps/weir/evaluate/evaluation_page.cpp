@@ -158,7 +158,7 @@ svg.picture .right rect { fill: #4f9dff; } svg.picture .false rect { fill: #ff4d
 svg.picture circle { stroke: none; } svg.picture circle.truth { fill: #36c26b; }
 svg.picture circle.missed { fill: #ffb020; } svg.picture circle.right { fill: #4f9dff; }
 svg.picture circle.false { fill: #ff4d4d; }
-.key b { padding: 0 .4em; border: 2px solid; border-radius: 3px; margin-right: .8em; font-weight: 400; }
+.legend b { padding: 0 .4em; border: 2px solid; border-radius: 3px; margin-right: .8em; font-weight: 400; }
 )";
 
 std::string letter(size_t index) {
@@ -289,7 +289,7 @@ std::string examples(const Evaluated& one, const std::string& title) {
   if (one.evaluation.worst.empty()) return out + "<p>No picture has errors.</p>\n";
   if (!one.evaluation.worst[0].shapes.empty())
     out +=
-        "<p class=\"key\"><b style=\"border-color:#36c26b\">truth</b>"
+        "<p class=\"legend\"><b style=\"border-color:#36c26b\">truth</b>"
         "<b style=\"border-color:#ffb020\">missed</b>"
         "<b style=\"border-color:#4f9dff\">found</b>"
         "<b style=\"border-color:#ff4d4d\">false</b></p>\n";

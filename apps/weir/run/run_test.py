@@ -78,6 +78,14 @@ class Run(Case):
         report = json.loads(self.good(weir("run", "--json", "audiotestsrc num-buffers=5 ! fakesink name=out")))
         self.assertEqual((report["frames"], report["buffers"], report["sinks"]), (0, 5, [{"name": "out", "buffers": 5}]))
 
+    def test_frames_of_an_element_that_joins_tensors_are_counted_at_the_sink_only(self):
+        tensors = "videotestsrc num-buffers=4 ! tensor_converter ! m. " * 2
+        for line, count in ((f"tensor_mux name=m ! fakesink name=out {tensors}", "frames"),
+                            (f"tensor_merge name=m mode=linear option=3 ! fakesink name=out {tensors}", "frames"),
+                            (f"tensor_mux name=m ! tensor_decoder mode=octet_stream ! fakesink name=out {tensors}", "buffers")):
+            report = json.loads(self.good(weir("run", "--json", line)))
+            self.assertEqual((report[count], report["sinks"]), (4, [{"name": "out", count: 4}]))
+
     def test_the_fix_of_a_stream_that_does_not_fit_the_model_is_its_card(self):
         model, path = self.folder / "planar.bin", self.folder / "planar.card.json"
         model.write_text("the engine only looks at the name")

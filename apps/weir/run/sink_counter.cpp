@@ -11,7 +11,7 @@ namespace {
 
 bool is_muxer(GstElement* element) {
   const char* klass = gst_element_get_metadata(element, GST_ELEMENT_METADATA_KLASS);
-  return klass && std::string_view(klass).find("Muxer") != std::string_view::npos;
+  return klass && std::string_view(klass).find("Codec/Muxer") != std::string_view::npos;
 }
 
 // A bin has the sink flag when a child has it: only the child is one.
