@@ -24,6 +24,17 @@ bool is_camera(const std::string& input) {
   return input.starts_with("/dev/video");
 }
 
+// Whether the input goes on while it is not read.
+bool is_live(const std::string& input) {
+  constexpr const char* kNetworkCameras[] = {"rtsp", "rtmp", "rtp:", "udp:", "srt:", "mms"};
+  return is_camera(input) ||
+         std::any_of(std::begin(kNetworkCameras), std::end(kNetworkCameras),
+                     [&](const char* scheme) { return input.starts_with(scheme); });
+}
+
+// A model that is slower than the input gets its newest frame.
+constexpr char kNewest[] = " ! queue leaky=downstream max-size-buffers=1";
+
 // tcpclientsrc is no source of uridecodebin.
 Result<PipelineDescription> tcp_source(const TryOptions& options) {
   const std::string& input = options.input;
@@ -47,13 +58,16 @@ Result<PipelineDescription> make_source(const TryOptions& options) {
   const std::string& input = options.input;
   if (input.starts_with("tcp://")) return tcp_source(options);
   if (input.find("://") != std::string::npos)
-    return PipelineDescription().element("uridecodebin", {{"uri", input}}).text(" ! videoconvert");
+    return PipelineDescription()
+        .element("uridecodebin", {{"uri", input}})
+        .text(" ! videoconvert")
+        .text(is_live(input) ? kNewest : "");
   std::error_code ignored;
-  // A camera does not wait: a model that is slower gets its newest frame.
   if (is_camera(input) && fs::exists(input, ignored))
     return PipelineDescription()
         .element("v4l2src", {{"device", input}})
-        .text(" ! decodebin ! videoconvert ! queue leaky=downstream max-size-buffers=1");
+        .text(" ! decodebin ! videoconvert")
+        .text(kNewest);
   if (fs::is_regular_file(input, ignored))
     return PipelineDescription()
         .element("filesrc", {{"location", input}})
@@ -133,7 +147,7 @@ Result<PipelineDescription> try_pipeline(const TryOptions& options, const TryMod
     end_with_text();
     return out;
   }
-  const std::string queue = is_camera(options.input) ? "queue max-size-buffers=1" : "queue";
+  const std::string queue = is_live(options.input) ? "queue max-size-buffers=1" : "queue";
   out->text(" ! tee name=video ! " + queue +
             " ! tensor_overlay name=drawn sync=same-time ! videoconvert ! ");
   if (!options.output.empty()) {

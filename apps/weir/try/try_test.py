@@ -95,6 +95,14 @@ class Refused(Case):
                          f"offered: {address}", "needed: tcp://HOST:PORT")
 
     @unittest.skipUnless(HAS_ONNX, "the engine onnxruntime is not built")
+    def test_a_network_camera_does_not_wait_for_a_slow_model(self):
+        newest = "videoconvert ! queue leaky=downstream max-size-buffers=1 ! "
+        for address, is_live in (("rtsp://127.0.0.1:1/camera", True), ("http://127.0.0.1:1/clip.webm", False)):
+            for options in ((), ("-o", self.folder / "out.webm")):
+                done = weir("try", "--mode", "text", MODEL, address, *options, **CARDS)
+                self.assertEqual((done.returncode, newest in done.stderr), (1, is_live), done.stderr)
+
+    @unittest.skipUnless(HAS_ONNX, "the engine onnxruntime is not built")
     def test_text_without_a_dictionary(self):
         path = write_rows_model(self.folder, "softmax", 40, 6625)
         self.refused(weir("try", path, "test", **CARDS), 1, "WEIR-4002",
