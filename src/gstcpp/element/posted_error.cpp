@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "gstcpp/element/posted_error.hpp"
 
+#include <netdb.h>
+
 #include <filesystem>
 #include <string_view>
 #include <vector>
@@ -19,12 +21,14 @@ std::string_view find_factory_name(GstObject* object) {
   return factory ? GST_OBJECT_NAME(factory) : "";
 }
 
-std::string read_location(GstObject* element) {
+// The value of a property of text; "" if the element has none.
+std::string read_text(GstObject* element, const char* property) {
+  const GParamSpec* spec = g_object_class_find_property(G_OBJECT_GET_CLASS(element), property);
+  if (!spec || spec->value_type != G_TYPE_STRING || !(spec->flags & G_PARAM_READABLE)) return "";
   char* text = nullptr;
-  g_object_get(element, "location", &text, nullptr);
-  std::string out = text ? text : "";
-  g_free(text);
-  return out;
+  g_object_get(element, property, &text, nullptr);
+  const UniqueText owned(text);
+  return text ? text : "";
 }
 
 std::string similar_file(const fs::path& path) {
@@ -111,9 +115,71 @@ std::optional<Error> file_error(GstObject* element, const GError* error) {
     return format_error(element);
   if (error->domain != GST_RESOURCE_ERROR || (factory != "filesrc" && factory != "filesink"))
     return std::nullopt;
-  const std::string location = read_location(element);
+  const std::string location = read_text(element, "location");
   if (location.empty()) return std::nullopt;
   return factory == "filesrc" ? source_error(element, location) : sink_error(location);
+}
+
+// Where an element connects to.
+struct Address {
+  std::string text;  // as properties, without a password
+  std::string host;
+};
+
+std::optional<Address> read_address(GstObject* element) {
+  for (const char* property : {"location", "uri"}) {
+    const std::string text = read_text(element, property);
+    const Unique<GUri, g_uri_unref> uri(
+        g_uri_parse(text.c_str(), G_URI_FLAGS_PARSE_RELAXED, nullptr));
+    const char* host = uri ? g_uri_get_host(uri.get()) : nullptr;
+    if (!host || !*host) continue;
+    const UniqueText shown(g_uri_to_string_partial(uri.get(), G_URI_HIDE_USERINFO));
+    return Address{std::string(property) + "=" + shown.get(), host};
+  }
+  const std::string host = read_text(element, "host");
+  if (host.empty() || !g_object_class_find_property(G_OBJECT_GET_CLASS(element), "port"))
+    return std::nullopt;
+  gint port = 0;
+  g_object_get(element, "port", &port, nullptr);
+  return Address{"host=" + host + " port=" + std::to_string(port), host};
+}
+
+bool is_known_host(const std::string& host) {
+  addrinfo* found = nullptr;
+  const bool is_known = getaddrinfo(host.c_str(), nullptr, nullptr, &found) == 0;
+  if (is_known) freeaddrinfo(found);
+  return is_known;
+}
+
+// Of an element that cannot open its address. GStreamer's text does not name it, and rtspsrc's is
+// the same for each reason.
+std::optional<Error> address_error(GstObject* element, const GError* error,
+                                   const std::string& details) {
+  const bool is_open =
+      g_error_matches(error, GST_RESOURCE_ERROR, GST_RESOURCE_ERROR_OPEN_READ) ||
+      g_error_matches(error, GST_RESOURCE_ERROR, GST_RESOURCE_ERROR_OPEN_WRITE) ||
+      g_error_matches(error, GST_RESOURCE_ERROR, GST_RESOURCE_ERROR_OPEN_READ_WRITE);
+  const auto address = is_open && element ? read_address(element) : std::nullopt;
+  if (!address) return std::nullopt;
+  const bool is_known = is_known_host(address->host);
+  return Error{
+      .code = Code::SERVER_UNREACHABLE,
+      .what = is_known ? "the address cannot be opened" : "the name of the host is not known",
+      .offered = address->text,
+      .needed = is_known ? "a server that listens there, and a network that leads to it"
+                         : "the name or the address of a host, and a network that finds it",
+      .difference = details};
+}
+
+// Without the place in GStreamer's source before it: "../gst/file.c(12): function ():
+// /GstPipeline:p/...:\n".
+std::string without_source_place(const std::string& debug) {
+  const size_t function = debug.find(" (): /");
+  const size_t line = debug.find('\n');
+  if (function == std::string::npos || debug.rfind("): ", function) == std::string::npos ||
+      line < function)
+    return debug;
+  return line == std::string::npos ? "" : debug.substr(line + 1);
 }
 
 std::optional<Error> error_from_details(const GstStructure* details) {
@@ -145,10 +211,15 @@ PostedError read_posted_error(GstMessage* message) {
     gst_message_parse_warning_details(message, &details);
   }
   const UniqueText owned(debug);
-  PostedError out{{}, Unique<GError, g_error_free>(original), debug ? debug : ""};
-  out.known = details && gst_structure_has_name(details, "weir-error")
-                  ? error_from_details(details)
-                  : file_error(GST_MESSAGE_SRC(message), original);
+  PostedError out{
+      {}, Unique<GError, g_error_free>(original), without_source_place(debug ? debug : "")};
+  GstObject* const element = GST_MESSAGE_SRC(message);
+  if (details && gst_structure_has_name(details, "weir-error")) {
+    out.known = error_from_details(details);
+  } else {
+    out.known = file_error(element, original);
+    if (!out.known) out.known = address_error(element, original, out.debug);
+  }
   return out;
 }
 
