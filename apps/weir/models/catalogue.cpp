@@ -106,7 +106,7 @@ Result<CatalogueModel> find_model(const std::vector<CatalogueModel>& models,
                .offered = name,
                .needed = "a name that weir models list prints",
                .difference = close.empty() ? "" : "did you mean " + close + "?",
-               .fix = close.empty() ? "weir models list" : "weir models info " + close};
+               .fix = close.empty() ? "weir models list" : close};
 }
 
 std::string CatalogueModel::command() const {

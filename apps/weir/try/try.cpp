@@ -1,5 +1,6 @@
 // `weir try MODEL INPUT`: runs a model on a photo, video, camera or stream and shows the results.
 // SPDX-License-Identifier: LGPL-2.1-or-later
+#include <cmath>
 #include <cstdio>
 
 #include "commands.hpp"
@@ -23,6 +24,11 @@ std::string name_of_class(const Json& object, const std::string& label) {
   return is_number ? "class " + object["index"].dump() : label;
 }
 
+// No "-0" for what lies a little outside the picture.
+double whole(const Json& number) {
+  return std::round(number.get<double>()) + 0.0;
+}
+
 // "person 93 %  12,30 to 200,400".
 std::string make_line(const Json& object, const char* name_key) {
   const auto text = [&](const char* key) {
@@ -36,8 +42,8 @@ std::string make_line(const Json& object, const char* name_key) {
   if (object.contains("track")) out += " #" + object["track"].dump();
   if (object.contains("box") && object["box"].size() == 4) {
     const auto& box = object["box"];
-    std::snprintf(number, sizeof number, "  %.0f,%.0f to %.0f,%.0f", box[0].get<double>(),
-                  box[1].get<double>(), box[2].get<double>(), box[3].get<double>());
+    std::snprintf(number, sizeof number, "  %.0f,%.0f to %.0f,%.0f", whole(box[0]), whole(box[1]),
+                  whole(box[2]), whole(box[3]));
     out += number;
   }
   return out;

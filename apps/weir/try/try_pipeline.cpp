@@ -84,17 +84,21 @@ Result<PipelineDescription> make_source(const TryOptions& options) {
       .fix = "weir try " + shell_word(options.model) + " photo.jpg"};
 }
 
-Result<PipelineDescription> make_encoder(const std::string& output) {
+// Of a video, a picture holds the first frame.
+Result<PipelineDescription> make_encoder(const std::string& output, bool is_one_picture) {
   constexpr std::pair<const char*, const char*> kEncoders[] = {
-      {".jpg", "jpegenc quality=92 ! "},
-      {".jpeg", "jpegenc quality=92 ! "},
-      {".png", "pngenc ! "},
-      {".webm", "vp8enc deadline=1 cpu-used=8 ! webmmux ! "},
-      {".mkv", "jpegenc ! matroskamux ! "},
-      {".avi", "jpegenc ! avimux ! "}};
+      {".jpg", "jpegenc quality=92"},
+      {".jpeg", "jpegenc quality=92"},
+      {".png", "pngenc"},
+      {".webm", "vp8enc deadline=1 cpu-used=8 ! webmmux"},
+      {".mkv", "jpegenc ! matroskamux"},
+      {".avi", "jpegenc ! avimux"}};
   for (const auto& [extension, encoder] : kEncoders)
     if (lower_extension(output) == extension)
-      return PipelineDescription().text(encoder).element("filesink", {{"location", output}});
+      return PipelineDescription()
+          .text(encoder)
+          .text(is_photo(output) && !is_one_picture ? " snapshot=true ! " : " ! ")
+          .element("filesink", {{"location", output}});
   return Error{.code = Code::OPTION_VALUE,
                .what = "the format of the output file is unknown",
                .offered = "--output " + output,
@@ -151,7 +155,7 @@ Result<PipelineDescription> try_pipeline(const TryOptions& options, const TryMod
   out->text(" ! tee name=video ! " + queue +
             " ! tensor_overlay name=drawn sync=same-time ! videoconvert ! ");
   if (!options.output.empty()) {
-    const auto encoder = make_encoder(options.output);
+    const auto encoder = make_encoder(options.output, is_photo(options.input));
     if (!encoder) return encoder.error();
     if (options.show) out->text("tee name=seen ! queue ! ");
     out->append(*encoder);

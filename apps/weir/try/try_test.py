@@ -181,6 +181,14 @@ class Depth(Case):
         for place, color in (((8, 32), (68, 1, 84)), ((56, 32), (253, 231, 37))):
             self.assertLess(max(abs(a - b) for a, b in zip(drawn.getpixel(place), color)), 8, place)
 
+    def test_a_picture_of_a_video_is_its_first_frame(self):
+        from PIL import Image
+        for name, start in (("first.png", b"\x89PNG"), ("first.jpg", b"\xff\xd8\xff")):
+            output = self.folder / name
+            self.good(weir("try", write_map_model(self.folder, "depth"), "test", "--output", output, **CARDS))
+            self.assertEqual(output.read_bytes().count(start), 1)
+            self.assertEqual(Image.open(output).size, (320, 240))
+
     def test_paths_are_read_as_they_are(self):
         """With blanks and both quotes; the printed line finds the same files in a shell."""
         from PIL import Image
