@@ -95,6 +95,19 @@ if outputs := model(numpy.zeros(3)):
     print(outputs["scores"].shape, outputs[0].dtype, weir.Code.SPEC_MISMATCH)
 """))
 
+    def test_accepts_what_the_documents_show(self):
+        self.assertIn("Success", self.mypy("""
+scores, = weir.Model("net.onnx")(numpy.zeros(3))
+for frame in weir.Pipeline("appsrc ! tensor_sink name=out").frames("out"):
+    print(frame.pts / 1e9, frame.duration + 1, frame.source_map.to_source(1, 2), scores.mean())
+    for found in frame.results:
+        x1, y1, x2, y2 = found.box
+"""))
+        guide = (HEADER.parents[2] / "docs/guide/python.md").read_text()
+        for program in re.findall(r"(?ms)^```python\n(.*?)^```", guide):
+            found = self.mypy(program)
+            self.assertNotRegex(found, r"error: (?!Function is missing a type annotation)", program)
+
     def test_finds_mistakes(self):
         mistakes = {"weir.Pipeline('a').pull(1)": 'incompatible type "int"; expected "str"',
                     "weir.Pipeline('a').pul('out')": 'has no attribute "pul"',

@@ -14,6 +14,8 @@ if typing.TYPE_CHECKING:
 
 # An array, or what numpy.asarray makes one of.
 Input = typing.Any
+# Outputs, or None if the model drops the frame. A type checker does not insist on the check: few models drop frames.
+MaybeOutputs = typing.Union["Outputs", typing.Any]
 
 
 class Outputs(typing.List["Array"]):
@@ -51,7 +53,7 @@ class Outputs(typing.List["Array"]):
 class Model(_weir.Model):
     __doc__ = _weir.Model.__doc__
 
-    def __call__(self, *inputs: Input, **named: Input) -> typing.Optional[Outputs]:
+    def __call__(self, *inputs: Input, **named: Input) -> MaybeOutputs:
         """Runs the model once: model(x), model(x, y), model([x, y]), model({"image": x}) or model(image=x).
 
         Returns Outputs, or None if the model drops the frame. See invoke().
@@ -62,7 +64,7 @@ class Model(_weir.Model):
             return self.invoke(named)
         return self.invoke(inputs[0] if len(inputs) == 1 else inputs)
 
-    def invoke(self, inputs: Input) -> typing.Optional[Outputs]:
+    def invoke(self, inputs: Input) -> MaybeOutputs:
         """Runs the model on one array, on a list with an array for each input, or on a dict of arrays by the names of inputs.
 
         The dtype of an array must be that of the input. It is never converted silently. Returns Outputs, which is a list of

@@ -120,7 +120,8 @@ class Row:
     Frame.results sets the last members from the labels of the stream and from the other tensors of the frame.
     """
 
-    box: typing.Optional[tuple[float, ...]]  # x1, y1, x2, y2 in pixels of the source picture
+    # x1, y1, x2, y2 in pixels of the source picture; None without these columns, for which type checkers need no check
+    box: typing.Union[tuple[float, float, float, float], typing.Any]
     score: float = 1.0
     class_index: int = 0
     track: int = 0  # the number of an object that is followed; 0: none
