@@ -93,9 +93,10 @@ WEIR_EXPORT int weir_pipeline_read_message(weir_pipeline* pipeline, weir_error**
                                            weir_error** error);
 
 /* Pushes a frame into the appsrc `name`; the bytes are copied. If the text sets the appsrc's caps,
- * the tensors must match them (SPEC_MISMATCH, FRAME_SIZE); media take one uint8 tensor with the
- * bytes of a frame. Otherwise the caps are static tensors derived from the types and shapes, which
- * every tensor must have, and change with them. CANCELLED when the pipeline is stopped or after
+ * or the element after it accepts only one (a capsfilter), the tensors must match them
+ * (SPEC_MISMATCH, FRAME_SIZE); media take tensors of any type with the bytes of a frame, pictures
+ * with or without GStreamer's padding of rows. Otherwise the caps are static tensors derived from
+ * the types and shapes, which every tensor must have, and change with them. CANCELLED when the pipeline is stopped or after
  * weir_pipeline_end. Does not block unless the text sets block=true. */
 WEIR_EXPORT int weir_pipeline_push(weir_pipeline* pipeline, const char* name,
                                    const weir_tensor* tensors, uint32_t n_tensors, int64_t pts,

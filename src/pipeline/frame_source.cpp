@@ -4,6 +4,8 @@
 
 #include <gst/video/video.h>
 
+#include <numeric>
+
 #include "gstcpp/buffer/tensor_caps.hpp"
 #include "pipeline/pushed_buffer.hpp"
 
@@ -52,6 +54,59 @@ gst::Ref<GstAppSrc> replace(GstAppSrc* old) {
   return gst::Ref<GstAppSrc>::share(GST_APP_SRC(made));
 }
 
+gst::Ref<GstCaps> caps_after(GstAppSrc* source) {
+  const auto pad = gst::Ref<GstPad>::adopt(gst_element_get_static_pad(GST_ELEMENT(source), "src"));
+  return gst::Ref<GstCaps>::adopt(gst_pad_peer_query_caps(pad.get(), nullptr));
+}
+
+bool is_rate_fixed(const GstStructure* structure) {
+  const GValue* rate = gst_structure_get_value(structure, "framerate");
+  return rate && gst_value_is_fixed(rate);
+}
+
+// The only caps that an element accepts, as a capsfilter, with 0/1 where it accepts any frame rate.
+// Null if it leaves another choice.
+gst::Ref<GstCaps> only_caps(const GstCaps* accepted) {
+  if (gst_caps_get_size(accepted) != 1) return {};
+  auto out = gst::Ref<GstCaps>::adopt(gst_caps_copy(accepted));
+  GstStructure* const only = gst_caps_get_structure(out.get(), 0);
+  const bool is_tensors = g_str_has_prefix(gst_structure_get_name(only), "other/tensor");
+  if (gst_structure_has_field(only, "framerate"))
+    gst_structure_fixate_field_nearest_fraction(only, "framerate", 0, 1);
+  else if (is_tensors)
+    gst_structure_set(only, "framerate", GST_TYPE_FRACTION, 0, 1, nullptr);
+  const bool is_complete = !is_tensors || parse_tensors(out.get()).format != Format::End;
+  return gst_caps_is_fixed(out.get()) && is_complete ? std::move(out) : gst::Ref<GstCaps>();
+}
+
+// Caps of the tensors, with the format and the frame rate that the next element insists on.
+gst::Ref<GstCaps> tensor_caps(const std::vector<TensorSpec>& specs, const GstCaps* accepted) {
+  bool is_flexible = gst_caps_get_size(accepted) > 0;
+  const GstStructure* rated = nullptr;
+  for (guint i = 0; i < gst_caps_get_size(accepted); ++i) {
+    const GstStructure* structure = gst_caps_get_structure(accepted, i);
+    is_flexible &= g_strcmp0(gst_structure_get_string(structure, "format"), "flexible") == 0;
+    if (!rated && is_rate_fixed(structure)) rated = structure;
+  }
+  auto out = gst::Ref<GstCaps>::adopt(
+      is_flexible
+          ? gst_caps_new_simple("other/tensors", "format", G_TYPE_STRING, "flexible", nullptr)
+          : gst_caps_new_simple("other/tensors", "format", G_TYPE_STRING, "static", "num_tensors",
+                                G_TYPE_INT, static_cast<gint>(specs.size()), "dimensions",
+                                G_TYPE_STRING, join_shapes(specs).c_str(), "types", G_TYPE_STRING,
+                                join_types(specs).c_str(), nullptr));
+  if (rated)
+    gst_caps_set_value(out.get(), "framerate", gst_structure_get_value(rated, "framerate"));
+  else
+    gst_caps_set_simple(out.get(), "framerate", GST_TYPE_FRACTION, 0, 1, nullptr);
+  return out;
+}
+
+size_t count_bytes(std::span<const weir_tensor> tensors) {
+  return std::accumulate(tensors.begin(), tensors.end(), size_t{0},
+                         [](size_t sum, const weir_tensor& tensor) { return sum + tensor.bytes; });
+}
+
 }  // namespace
 
 Error not_started() {
@@ -71,60 +126,75 @@ void FrameSource::read_caps() {
   auto caps = gst::Ref<GstCaps>::adopt(gst_app_src_get_caps(source_.get()));
   if (caps.get() == caps_.get()) return;
   caps_ = std::move(caps);
-  caps_given_ = caps_ && gst_caps_get_size(caps_.get()) > 0;  // not ANY and not EMPTY
-  spec_ = caps_given_ ? parse_tensors(caps_.get()) : FrameSpec{};
+  is_set_ = false;
+  is_fixed_ = caps_ && gst_caps_get_size(caps_.get()) > 0;  // not ANY and not EMPTY
+  spec_ = is_fixed_ ? parse_tensors(caps_.get()) : FrameSpec{};
 }
 
-Status FrameSource::check_media(std::span<const weir_tensor> tensors) const {
-  if (tensors.size() != 1 || tensors[0].info.type != WEIR_UINT8 || !tensors[0].data)
-    return Error{.code = Code::SPEC_MISMATCH,
-                 .what = "a frame of media is one tensor of bytes",
-                 .offered = std::to_string(tensors.size()) + " tensors",
-                 .needed = "1 tensor: uint8"};
-  GstVideoInfo video;
-  if (!gst_structure_has_name(gst_caps_get_structure(caps_.get(), 0), "video/x-raw") ||
-      !gst_video_info_from_caps(&video, caps_.get()) || tensors[0].bytes == video.size)
-    return ok();
-  return Error{.code = Code::FRAME_SIZE,
-               .what = "a picture's size does not match the caps of the appsrc",
-               .offered = std::to_string(tensors[0].bytes) + " bytes",
-               .needed = std::to_string(video.size) +
-                         " bytes: " + gst::UniqueText(gst_caps_to_string(caps_.get())).get()};
+void FrameSource::take_caps_of_next() {
+  if (is_fixed_ || asked_next_) return;
+  asked_next_ = true;
+  const auto only = only_caps(caps_after(source_.get()).get());
+  if (!only) return;
+  set_caps(only.get());
+  is_fixed_ = true;
 }
 
-Status FrameSource::write_caps(const std::vector<TensorSpec>& specs) {
-  FrameSpec spec{Format::Static, specs, Fraction{0, 1}};
-  if (caps_ && spec == spec_) return ok();
-  const auto caps = gst::Ref<GstCaps>::adopt(gst_caps_new_simple(
-      "other/tensors", "format", G_TYPE_STRING, "static", "num_tensors", G_TYPE_INT,
-      static_cast<gint>(specs.size()), "dimensions", G_TYPE_STRING, join_shapes(specs).c_str(),
-      "types", G_TYPE_STRING, join_types(specs).c_str(), "framerate", GST_TYPE_FRACTION, 0, 1,
-      nullptr));
-  spec_ = std::move(spec);
-  gst_app_src_set_caps(source_.get(), caps.get());
+void FrameSource::set_caps(GstCaps* caps) {
+  spec_ = parse_tensors(caps);
+  gst_app_src_set_caps(source_.get(), caps);
   caps_ = gst::Ref<GstCaps>::adopt(gst_app_src_get_caps(source_.get()));  // a copy
-  return ok();
+  is_set_ = true;
 }
 
-Status FrameSource::agree(std::span<const weir_tensor> tensors, std::vector<TensorSpec>* specs) {
+Result<gst::Ref<GstBuffer>> FrameSource::media_buffer(std::span<const weir_tensor> tensors) const {
+  for (const auto& tensor : tensors)
+    if (!tensor.data && tensor.bytes > 0)
+      return Error{.code = Code::FRAME_SIZE, .what = "a tensor has no memory"};
+  GstVideoInfo video;
+  const size_t bytes = count_bytes(tensors);
+  if (gst_structure_has_name(gst_caps_get_structure(caps_.get(), 0), "video/x-raw") &&
+      gst_video_info_from_caps(&video, caps_.get()) && bytes != video.size) {
+    const size_t packed = picture_bytes_without_padding(video);
+    if (tensors.size() == 1 && bytes == packed)
+      return padded_picture(static_cast<const std::byte*>(tensors[0].data), video);
+    return Error{.code = Code::FRAME_SIZE,
+                 .what = "a picture's size does not match the caps of the appsrc",
+                 .offered = std::to_string(bytes) + " bytes",
+                 .needed = std::to_string(packed > 0 ? packed : video.size) +
+                           " bytes: " + gst::UniqueText(gst_caps_to_string(caps_.get())).get()};
+  }
+  return pushed_buffer(tensors, std::vector<TensorSpec>(tensors.size()), Format::Static);
+}
+
+void FrameSource::write_caps(const std::vector<TensorSpec>& specs) {
+  const bool is_unchanged =
+      spec_.format == Format::Flexible || spec_ == FrameSpec{Format::Static, specs, spec_.rate};
+  if (caps_ && is_unchanged) return;
+  set_caps(tensor_caps(specs, caps_after(source_.get()).get()).get());
+}
+
+Result<gst::Ref<GstBuffer>> FrameSource::tensor_buffer(std::span<const weir_tensor> tensors) {
   if (tensors.empty() || tensors.size() > kTensorLimit)
     return Error{.code = Code::LIMIT_EXCEEDED,
                  .what = "a frame holds 1 to 256 tensors",
                  .offered = std::to_string(tensors.size()),
                  .needed = "1 to 256"};
-  const bool fixed = caps_given_ && spec_.format == Format::Static;
+  const bool fixed = is_fixed_ && spec_.format == Format::Static;
   if (fixed && tensors.size() != spec_.tensors.size())
     return Error{.code = Code::SPEC_MISMATCH,
                  .what = "the caps of the appsrc have a different number of tensors",
                  .offered = std::to_string(tensors.size()),
                  .needed = spec_.to_string(),
                  .difference = "number of tensors"};
+  std::vector<TensorSpec> specs;
   for (size_t i = 0; i < tensors.size(); ++i) {
     auto spec = pushed_spec(tensors[i], fixed ? &spec_.tensors[i] : nullptr, i);
     if (!spec) return spec.error();
-    specs->push_back(*std::move(spec));
+    specs.push_back(*std::move(spec));
   }
-  return caps_given_ ? ok() : write_caps(*specs);
+  if (!is_fixed_) write_caps(specs);
+  return pushed_buffer(tensors, specs, spec_.format);
 }
 
 Status FrameSource::to_status(GstFlowReturn flow) const {
@@ -139,30 +209,30 @@ Status FrameSource::push(std::span<const weir_tensor> tensors, int64_t pts, int6
   std::unique_lock lock(mutex_);
   if (!started_) return not_started();
   read_caps();
-  std::vector<TensorSpec> specs;
-  const bool media = caps_given_ && spec_.format == Format::End;
-  if (auto status = media ? check_media(tensors) : agree(tensors, &specs); !status) return status;
-  if (media) specs.emplace_back();
-  auto buffer = pushed_buffer(tensors, specs, media ? Format::Static : spec_.format);
+  take_caps_of_next();
+  const bool is_media = is_fixed_ && spec_.format == Format::End;
+  auto buffer = is_media ? media_buffer(tensors) : tensor_buffer(tensors);
   if (!buffer) return buffer.error();
   if (pts >= 0) GST_BUFFER_PTS(buffer->get()) = static_cast<GstClockTime>(pts);
   if (duration >= 0) GST_BUFFER_DURATION(buffer->get()) = static_cast<GstClockTime>(duration);
   const auto source = source_;
-  if (caps_given_) lock.unlock();  // pushing may wait for room
+  if (is_fixed_) lock.unlock();  // pushing may wait for room
   return to_status(gst_app_src_push_buffer(source.get(), buffer->release()));
 }
 
 void FrameSource::started() {
   std::lock_guard lock(mutex_);
   started_ = true;
+  asked_next_ = false;
 }
 
 void FrameSource::stopped() {
   std::lock_guard lock(mutex_);
   started_ = false;
   read_caps();
-  if (caps_given_ || !caps_ || !is_replaceable_) return;
+  if (!is_set_ || !is_replaceable_) return;
   caps_ = {};
+  is_set_ = is_fixed_ = false;
   source_ = replace(source_.get());
 }
 

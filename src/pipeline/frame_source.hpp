@@ -27,16 +27,18 @@ class FrameSource {
   // The pipeline accepts frames from now on. Before this, and after stopped(), pushes are rejected,
   // including one in progress.
   void started();
-  // The pipeline has stopped, and frames may have other caps after the next start. If frames
-  // defined the caps, a replaceable appsrc is replaced, because it cannot clear its caps. Others
-  // start with the caps of the last frame.
+  // The pipeline has stopped, and frames may have other caps after the next start. If the program
+  // did not set the caps, a replaceable appsrc is replaced, because it cannot clear its caps.
+  // Others start with the caps of the last frame.
   void stopped();
 
  private:
   void read_caps();  // which the program may have set
-  Status agree(std::span<const weir_tensor> tensors, std::vector<TensorSpec>* specs);
-  Status write_caps(const std::vector<TensorSpec>& specs);
-  Status check_media(std::span<const weir_tensor> tensors) const;
+  void take_caps_of_next();
+  void set_caps(GstCaps* caps);
+  Result<gst::Ref<GstBuffer>> tensor_buffer(std::span<const weir_tensor> tensors);
+  void write_caps(const std::vector<TensorSpec>& specs);
+  Result<gst::Ref<GstBuffer>> media_buffer(std::span<const weir_tensor> tensors) const;
   Status to_status(GstFlowReturn flow) const;
 
   gst::Ref<GstAppSrc> source() const;
@@ -45,7 +47,9 @@ class FrameSource {
   mutable std::mutex mutex_;  // guards the rest; keeps caps and their frames together
   gst::Ref<GstAppSrc> source_;
   gst::Ref<GstCaps> caps_;
-  bool caps_given_ = false, started_ = false;
+  bool is_fixed_ = false;  // frames must fit caps_, which the program or the next element gave
+  bool is_set_ = false;    // set_caps() set caps_
+  bool asked_next_ = false, started_ = false;
   FrameSpec spec_;  // of the caps; format End: not tensors
 };
 

@@ -10,6 +10,7 @@
 
 #include "core/tensor/tensor_header.hpp"
 #include "gstcpp/buffer/frame_builder.hpp"
+#include "gstcpp/buffer/memory_part.hpp"
 
 namespace weir::pipeline {
 namespace {
@@ -51,7 +52,48 @@ void write_chunk(const weir_tensor& tensor, const TensorSpec& spec, Format forma
   if (tensor.bytes > 0) std::memcpy(out.data(), tensor.data, tensor.bytes);
 }
 
+// The rows of a plane, without padding.
+struct PlaneRows {
+  size_t count = 0, bytes = 0;
+};
+
+PlaneRows find_rows(const GstVideoInfo& video, guint plane) {
+  for (guint i = 0; i < GST_VIDEO_INFO_N_COMPONENTS(&video); ++i)
+    if (GST_VIDEO_INFO_COMP_PLANE(&video, i) == plane)
+      return {static_cast<size_t>(GST_VIDEO_INFO_COMP_HEIGHT(&video, i)),
+              static_cast<size_t>(GST_VIDEO_INFO_COMP_WIDTH(&video, i)) *
+                  static_cast<size_t>(GST_VIDEO_INFO_COMP_PSTRIDE(&video, i))};
+  return {};
+}
+
 }  // namespace
+
+size_t picture_bytes_without_padding(const GstVideoInfo& video) {
+  size_t bytes = 0;
+  for (guint plane = 0; plane < GST_VIDEO_INFO_N_PLANES(&video); ++plane) {
+    const auto rows = find_rows(video, plane);
+    if (rows.bytes == 0) return 0;
+    bytes += rows.count * rows.bytes;
+  }
+  return bytes;
+}
+
+Result<gst::Ref<GstBuffer>> padded_picture(const std::byte* bytes, const GstVideoInfo& video) {
+  auto out = gst::Ref<GstBuffer>::adopt(gst_buffer_new_allocate(nullptr, video.size, nullptr));
+  if (!out) return Error{.code = Code::OUT_OF_MEMORY, .what = "no memory for a picture"};
+  const gst::MappedMemory map(gst_buffer_peek_memory(out.get(), 0), GST_MAP_WRITE);
+  if (!map) return Error{.code = Code::MAPPING_FAILED, .what = "a picture cannot be written"};
+  std::byte* const to = map.bytes().data();
+  std::fill_n(to, video.size, std::byte{0});
+  for (guint plane = 0; plane < GST_VIDEO_INFO_N_PLANES(&video); ++plane) {
+    const auto rows = find_rows(video, plane);
+    for (size_t row = 0; row < rows.count; ++row, bytes += rows.bytes)
+      std::memcpy(to + GST_VIDEO_INFO_PLANE_OFFSET(&video, plane) +
+                      row * static_cast<size_t>(GST_VIDEO_INFO_PLANE_STRIDE(&video, plane)),
+                  bytes, rows.bytes);
+  }
+  return out;
+}
 
 Result<TensorSpec> pushed_spec(const weir_tensor& tensor, const TensorSpec* expected,
                                size_t index) {

@@ -1,7 +1,7 @@
 // Converts a program's tensors to one buffer.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
-#include <gst/gst.h>
+#include <gst/video/video.h>
 
 #include <span>
 #include <vector>
@@ -20,5 +20,11 @@ Result<TensorSpec> pushed_spec(const weir_tensor& tensor, const TensorSpec* expe
 // later ones are packed into one.
 Result<gst::Ref<GstBuffer>> pushed_buffer(std::span<const weir_tensor> tensors,
                                           std::span<const TensorSpec> specs, Format format);
+
+// The bytes of a picture in rows without padding, plane by plane; 0 for formats whose pixels do not
+// have whole bytes.
+size_t picture_bytes_without_padding(const GstVideoInfo& video);
+// Copies such a picture into rows with GStreamer's padding.
+Result<gst::Ref<GstBuffer>> padded_picture(const std::byte* bytes, const GstVideoInfo& video);
 
 }  // namespace weir::pipeline

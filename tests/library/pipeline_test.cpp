@@ -151,7 +151,67 @@ TEST(Pipeline, PushesPicturesAndPullsBytes) {
   const std::vector<uint8_t> half(4);
   EXPECT_REFUSED(p.push("in", std::span<const uint8_t>(half)), FRAME_SIZE,
                  "a picture's size does not match");
-  EXPECT_REFUSED(p.push("in", span({1, 2})), SPEC_MISMATCH, "one tensor of bytes");
+  ASSERT_TRUE(p.push("in", span({1, 2})));  // 8 bytes too
+  EXPECT_EQ((**p.pull("out", kLong))[0].bytes().size(), 8u);
+}
+
+// A capsfilter after the appsrc states what is pushed, as NNStreamer's programs do it.
+TEST(Pipeline, TakesTheCapsOfACapsfilter) {
+  const std::string one =
+      "other/tensors,format=static,num_tensors=1,dimensions=4:1:1:1,types=uint8";
+  const std::vector<uint8_t> x{1, 2, 3, 4};
+  const std::vector<std::pair<std::string, std::string>> cases{
+      {"other/tensor,dimension=4:1:1:1,type=uint8,framerate=0/1", "framerate=(fraction)0/1"},
+      {"other/tensor,dimension=4:1:1:1,type=uint8,framerate=30/1", "framerate=(fraction)30/1"},
+      {(one + ",framerate=30/1"), "framerate=(fraction)30/1"},
+      {one, "framerate=(fraction)0/1"},
+      {"other/tensors,format=flexible,framerate=30/1", "framerate=(fraction)30/1"},
+      {"other/tensors,format=flexible", "format=(string)flexible"},
+      {"other/tensors,format=static,framerate=25/1", "framerate=(fraction)25/1"},
+      {"application/octet-stream", "application/octet-stream"},
+      {"text/x-raw,format=utf8", "text/x-raw"},
+      {"video/x-raw,format=GRAY8,width=4,height=1,framerate=0/1", "video/x-raw"},
+  };
+  for (const auto& [caps, sent] : cases) {
+    SCOPED_TRACE(caps);
+    Pipeline p = started("appsrc name=in ! " + caps + " ! appsink name=out");
+    for (int round = 0; round < 2; ++round) {
+      ASSERT_TRUE(p.push("in", std::span<const uint8_t>(x), {.shape = {1, 1, 1, 4}}));
+      const auto frame = p.pull<uint8_t>("out", kLong);
+      ASSERT_TRUE(frame && *frame) << frame.error().message();
+      EXPECT_SAYS((*frame)->caps(), sent);
+      const auto got = *(**frame)[0].as<uint8_t>();
+      EXPECT_EQ(std::vector<uint8_t>(got.begin(), got.end()), x);
+      ASSERT_TRUE(p.stop() && p.start());
+    }
+  }
+  Pipeline p = started("appsrc name=in ! " + one + " ! tensor_sink name=out");
+  EXPECT_REFUSED(p.push("in", span({1}), {.shape = {1, 1, 1, 1}}), SPEC_MISMATCH,
+                 "type is float32, needed is uint8");
+}
+
+// GStreamer pads each row of RGB to 4 bytes; programs have arrays without padding.
+TEST(Pipeline, PushesPicturesWithoutPadding) {
+  for (const auto& [format, bytes] :
+       {std::pair{"RGB", 10 * 4 * 3}, {"GRAY8", 10 * 4}, {"I420", 10 * 4 + 2 * 5 * 2}}) {
+    SCOPED_TRACE(format);
+    Pipeline p = started(
+        std::string("appsrc name=in caps=video/x-raw,width=10,height=4,framerate=0/1,format=") +
+        format +
+        " ! videoconvert ! video/x-raw,format=GRAY8 ! tensor_converter ! tensor_sink name=out");
+    std::vector<uint8_t> picture(static_cast<size_t>(bytes), 128);
+    std::fill_n(picture.begin(), format == std::string("RGB") ? 3 : 1, 255);
+    ASSERT_TRUE(p.push("in", std::span<const uint8_t>(picture)));
+    const auto frame = p.pull<uint8_t>("out", kLong);
+    ASSERT_TRUE(frame && *frame);
+    const auto gray = *(**frame)[0].as<uint8_t>();
+    ASSERT_EQ(gray.size(), 40u);
+    EXPECT_GT(gray[0], gray[1] + 50);
+    for (size_t i = 2; i < 40; ++i) EXPECT_EQ(gray[i], gray[1]) << i;
+    picture.pop_back();
+    EXPECT_REFUSED(p.push("in", std::span<const uint8_t>(picture)), FRAME_SIZE,
+                   "needed: " + std::to_string(bytes) + " bytes");
+  }
 }
 
 TEST(Pipeline, FollowsTheCapsThatTheProgramSets) {
