@@ -36,6 +36,12 @@ LentArrays::LentArrays(const py::object& given) {
 void LentArrays::add(const py::handle& given) {
   auto array = py::array::ensure(given, py::array::c_style);
   if (!array) throw py::error_already_set();
+  if (array.ndim() > WEIR_RANK_LIMIT)
+    raise({.code = Code::LIMIT_EXCEEDED,
+           .what = "an array has too many axes",
+           .offered = std::to_string(array.ndim()) + " axes",
+           .needed = "at most " + std::to_string(WEIR_RANK_LIMIT),
+           .fix = "array.reshape(array.shape[:15] + (-1,))"});
   const weir_type type = type_of_array(array);
   const TensorShape shape(array.shape(), array.shape() + array.ndim());
   views_.emplace_back(array.data(), static_cast<uint64_t>(array.nbytes()), type, shape);

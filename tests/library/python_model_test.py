@@ -112,6 +112,11 @@ class Spelling(ModelCase):
     def test_of_types_and_shapes(self):
         self.assertEqual(self.error(self.fake(), np.zeros((1, 4))).fix, "array.astype(numpy.float32)")
         self.assertEqual(self.error(self.fake().invoke_batch, [np.zeros((1, 4))]).fix, "array.astype(numpy.float32)")
+        array = np.zeros((1,) * 16 + (4,), np.float32)
+        for call in (self.fake(), lambda x: weir.Pipeline("appsrc name=in ! tensor_sink").push("in", x)):
+            error = self.error(call, array)
+            self.assertEqual((error.code, error.offered, error.needed), (weir.Code.LIMIT_EXCEEDED, "17 axes", "at most 16"))
+            self.assertEqual(eval(error.fix, {"array": array}).ndim, 16)
 
     def test_of_each_property(self):
         for text, spelled in {
