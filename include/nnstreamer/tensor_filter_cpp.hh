@@ -7,6 +7,12 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #ifndef NNSTREAMER_TENSOR_FILTER_CPP_HH
 #define NNSTREAMER_TENSOR_FILTER_CPP_HH
+#include <atomic>
+#include <cstdint>
+#include <unordered_map>
+#include <vector>
+
+#include "nnstreamer_plugin_api_filter.h"
 #include "nnstreamer_util.h"
 #include "tensor_typedef.h"
 
@@ -30,17 +36,29 @@ class NNS_EXPORT tensor_filter_cpp {
   virtual bool isAllocatedBeforeInvoke() = 0;
 
   const char* getName() const { return name_; }
+  bool isValid() { return valid_ == kValid; }  // false: no object, or one that was destroyed
 
   // Returns 0; -EINVAL for an empty, reserved or taken name (with the reason in the log).
-  int _register() { return __register(this); }
-  static int __register(tensor_filter_cpp* filter);
-  // Returns 0, or -EINVAL if it is not registered. No element may use it; the object may then be
-  // destroyed.
+  // `ref_count`: users that it already has.
+  int _register(unsigned int ref_count = 0) { return __register(this, ref_count); }
+  static int __register(tensor_filter_cpp* filter, unsigned int ref_count = 0);
+  // Returns 0, or -EINVAL if it is not registered. An element that uses it is logged and fails at
+  // its next start; the object may be destroyed when no element uses it.
   int _unregister() { return __unregister(name_); }
   static int __unregister(const char* modelName);
 
+  // The layout is that of libraries which were built against NNStreamer.
  private:
+  friend struct weir_filter_object;
+  static constexpr uint32_t kValid = 0xDEAFDEAD;
+  uint32_t valid_ = kValid;
   char* name_;
+  std::atomic<unsigned int> users_;
+
+ protected:
+  // Of the element that opened the filter last: custom_properties has the user's options. NULL
+  // while none has opened it.
+  const GstTensorFilterProperties* prop = nullptr;
 };
 
 #endif  // NNSTREAMER_TENSOR_FILTER_CPP_HH

@@ -14,12 +14,26 @@
 
 using namespace weir::compat;
 
+// What the engine sets in an object, for each element that opens and closes it.
+struct weir_filter_object {
+  static void set_users(tensor_filter_cpp* filter, unsigned count) { filter->users_ = count; }
+  static unsigned count_users(const tensor_filter_cpp& filter) { return filter.users_; }
+  static void open(tensor_filter_cpp* filter, const GstTensorFilterProperties* properties) {
+    ++filter->users_;
+    filter->prop = properties;
+  }
+  static void close(tensor_filter_cpp* filter, const GstTensorFilterProperties* properties) {
+    --filter->users_;
+    if (filter->prop == properties) filter->prop = nullptr;
+  }
+};
+
 namespace {
 
 // An object serves all elements that name it, one call at a time.
 struct Object {
-  tensor_filter_cpp* filter;
-  std::mutex turn;
+  std::mutex turn;            // guards `filter`
+  tensor_filter_cpp* filter;  // null when it was destroyed
 };
 struct Objects {
   std::mutex mutex;  // guards the rest
@@ -31,11 +45,19 @@ Objects& objects() {
   return all;
 }
 
+weir::Failure not_registered(const std::string& name) {
+  return weir::Failure({.code = weir::Code::CALLBACK_UNKNOWN,
+                        .what = "the filter object is no longer registered",
+                        .offered = "framework=cpp model=" + name,
+                        .needed = "an object that stays registered while a pipeline uses it"});
+}
+
 class OpenObject final : public OpenFilter {
  private:
   template <class Body>
   auto ask(const char* function, Body&& body) {
     const std::lock_guard lock(object_->turn);
+    if (!object_->filter) throw not_registered(name());
     return call(function, [&] { return body(*object_->filter); });
   }
 
@@ -43,6 +65,12 @@ class OpenObject final : public OpenFilter {
   OpenObject(std::shared_ptr<Object> object, std::unique_ptr<Properties> properties)
       : OpenFilter(std::move(properties)), object_(std::move(object)) {
     this->properties().choose_hardware({}, ACCL_AUTO, ACCL_DEFAULT, false);
+    const std::lock_guard lock(object_->turn);
+    if (object_->filter) weir_filter_object::open(object_->filter, prop());
+  }
+  ~OpenObject() override {
+    const std::lock_guard lock(object_->turn);
+    if (object_->filter) weir_filter_object::close(object_->filter, prop());
   }
   Known get_info(GstTensorsInfo* in, GstTensorsInfo* out) override {
     const int inputs = ask("getInputDim", [&](auto& f) { return f.getInputDim(in); });
@@ -68,11 +96,7 @@ std::shared_ptr<OpenFilter> open_object(const weir::OpenRequest& request) {
   const std::string name(request.options.get("framework").value_or(""));
   std::unique_lock lock(objects().mutex);
   const auto found = objects().all.find(name);
-  if (found == objects().all.end())
-    throw weir::Failure({.code = weir::Code::CALLBACK_UNKNOWN,
-                         .what = "the filter object is no longer registered",
-                         .offered = "framework=cpp model=" + name,
-                         .needed = "an object that stays registered while a pipeline uses it"});
+  if (found == objects().all.end()) throw not_registered(name);
   const auto object = found->second;
   lock.unlock();
   return std::make_shared<OpenObject>(object, std::make_unique<Properties>("cpp", name, request));
@@ -100,7 +124,7 @@ const weir_module* entry(const weir_host* host) {
 
 constexpr char kRegister[] = "tensor_filter_cpp::__register";
 
-int add(tensor_filter_cpp* filter) {
+int add(tensor_filter_cpp* filter, unsigned users) {
   const std::string name = filter->getName();
   {
     std::lock_guard lock(objects().mutex);
@@ -111,6 +135,7 @@ int add(tensor_filter_cpp* filter) {
     name_of_entry = objects().names.emplace_back(name).c_str();
     auto object = std::make_shared<Object>();
     object->filter = filter;
+    weir_filter_object::set_users(filter, users);
     objects().all.emplace(name, std::move(object));
   }
   weir_error* error = nullptr;
@@ -124,22 +149,27 @@ int add(tensor_filter_cpp* filter) {
 }  // namespace
 
 tensor_filter_cpp::tensor_filter_cpp(const char* modelName)
-    : name_(g_strdup(modelName ? modelName : "")) {}
+    : name_(g_strdup(modelName ? modelName : "")), users_(0) {}
 
 tensor_filter_cpp::~tensor_filter_cpp() {
-  bool ours = false;
+  std::shared_ptr<Object> ours;
   {
-    std::lock_guard lock(objects().mutex);
+    const std::lock_guard lock(objects().mutex);
     const auto found = objects().all.find(name_);
-    ours = found != objects().all.end() && found->second->filter == this;
+    if (found != objects().all.end() && found->second->filter == this) ours = found->second;
   }
-  if (ours) __unregister(name_);
+  if (ours) {
+    __unregister(name_);
+    const std::lock_guard lock(ours->turn);
+    ours->filter = nullptr;
+  }
+  valid_ = 0;
   g_free(name_);
 }
 
-int tensor_filter_cpp::__register(tensor_filter_cpp* filter) {
+int tensor_filter_cpp::__register(tensor_filter_cpp* filter, unsigned int ref_count) {
   if (!given(kRegister, {filter})) return -EINVAL;
-  return guarded_errno(kRegister, [&] { return add(filter); });
+  return guarded_errno(kRegister, [&] { return add(filter, ref_count); });
 }
 
 int tensor_filter_cpp::__unregister(const char* modelName) {
@@ -148,6 +178,9 @@ int tensor_filter_cpp::__unregister(const char* modelName) {
     std::lock_guard lock(objects().mutex);
     const auto found = objects().all.find(modelName);
     if (found == objects().all.end()) return -EINVAL;
+    if (const unsigned users = weir_filter_object::count_users(*found->second->filter); users > 0)
+      warn("tensor_filter_cpp::__unregister",
+           std::to_string(users) + " elements still use " + modelName);
     objects().all.erase(found);
     return to_errno("tensor_filter_cpp::__unregister", weir_filter_class_unregister(modelName));
   });

@@ -129,6 +129,8 @@ class Installed(unittest.TestCase):
 
     def test_the_library_of_the_package_for_cpp_is_the_same_file(self):
         self.assertIn("-lnnstreamer_filter_cpp", pkg_config("--libs", "nnstreamer-cpp"))
+        # CMake searches each library in the folders that its own package names.
+        self.assertIn("Libs: -L${libdir} -lnnstreamer_filter_cpp", (LIBRARIES / "pkgconfig/nnstreamer-cpp.pc").read_text())
         self.assertTrue((LIBRARIES / "libnnstreamer_filter_cpp.so").samefile(LIBRARIES / "libnnstreamer.so"))
 
 

@@ -215,10 +215,14 @@ class Object : public tensor_filter_cpp {
   int invoke(const GstTensorMemory* in, GstTensorMemory* out) override {
     if (*static_cast<const uint8_t*>(in[0].data) == 0) throw std::runtime_error("nothing");
     std::memcpy(out[0].data, in[0].data, 2);
+    custom_ = prop->custom_properties ? prop->custom_properties : "";
     return 0;
   }
   bool isAllocatedBeforeInvoke() override { return true; }
+  bool is_open() const { return prop != nullptr; }
+  std::string custom_;
 };
+static_assert(sizeof(tensor_filter_cpp) == 40, "as NNStreamer's, on 64 bits");
 
 TEST(CompatProgram, ObjectIsAFilter) {
   Object object("object"), same("object"), reserved("Any");
@@ -236,6 +240,31 @@ TEST(CompatProgram, ObjectIsAFilter) {
   EXPECT_EQ(object._unregister(), -EINVAL);
   EXPECT_SAYS(start_error("tensor_filter framework=cpp model=object"),
               "no filter class has this name");
+}
+
+TEST(CompatProgram, ObjectHasThePropertiesOfTheElementThatOpenedItLast) {
+  Object object("with-properties");
+  EXPECT_TRUE(object.isValid());
+  ASSERT_EQ(object._register(3), 0);
+  EXPECT_FALSE(object.is_open());
+  {
+    auto h = make_harness("tensor_filter framework=cpp model=with-properties custom=speed:2", kTwo);
+    EXPECT_EQ(pushed<uint8_t>(h, {1, 2}), (Bytes{1, 2}));
+    EXPECT_EQ(object.custom_, "speed:2");
+    auto other = make_harness("tensor_filter framework=cpp model=with-properties custom=a:b", kTwo);
+    EXPECT_EQ(pushed<uint8_t>(other, {1, 2}), (Bytes{1, 2}));
+    EXPECT_EQ(object.custom_, "a:b");
+  }
+  EXPECT_FALSE(object.is_open());
+}
+
+TEST(CompatProgram, ObjectThatIsDestroyedWhileItIsUsedEndsTheStream) {
+  auto object = std::make_unique<Object>("gone");
+  ASSERT_EQ(object->_register(), 0);
+  auto h = make_harness("tensor_filter framework=cpp model=gone", kTwo);
+  EXPECT_EQ(pushed<uint8_t>(h, {1, 2}), (Bytes{1, 2}));
+  object.reset();
+  EXPECT_SAYS(frame_error<uint8_t>(h, {1, 2}), "the filter object is no longer registered");
 }
 
 TEST(CompatProgram, DestroyedObjectIsUnregistered) {
