@@ -102,10 +102,22 @@ bool has_all_bytes(const PoolState& s, GstBuffer* buffer) {
   return true;
 }
 
+// Whether an application mapped a memory and has not unmapped it: nobody could write there again.
+bool has_mapped_memory(GstBuffer* buffer) {
+  for (guint i = 0; i < gst_buffer_n_memory(buffer); ++i)
+    for (const auto flag : {GST_LOCK_FLAG_WRITE, GST_LOCK_FLAG_READ}) {
+      auto* const memory = GST_MINI_OBJECT_CAST(gst_buffer_peek_memory(buffer, i));
+      if (!gst_mini_object_lock(memory, flag)) return true;
+      gst_mini_object_unlock(memory, flag);
+    }
+  return false;
+}
+
 void release_to_pool(GstBufferPool* pool, GstBuffer* buffer) {
   PoolState& s = get_state(pool);
   const bool intact = !GST_BUFFER_FLAG_IS_SET(buffer, GST_BUFFER_FLAG_TAG_MEMORY) &&
-                      gst_buffer_is_all_memory_writable(buffer) && has_all_bytes(s, buffer);
+                      gst_buffer_is_all_memory_writable(buffer) && !has_mapped_memory(buffer) &&
+                      has_all_bytes(s, buffer);
   {
     std::lock_guard lock(s.mutex);
     if (intact && s.free_buffers.size() < s.retain) {

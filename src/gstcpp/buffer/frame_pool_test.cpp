@@ -92,6 +92,26 @@ TEST(FramePool, DoesNotReuseAMemoryThatIsStillInUse) {
   EXPECT_EQ(pool.stats().allocated, 2u);
 }
 
+// As a callback that maps a frame and forgets to unmap it.
+TEST(FramePool, DoesNotReuseAMemoryThatIsStillMapped) {
+  for (const auto flags : {GST_MAP_READ, GST_MAP_WRITE}) {
+    FramePool pool = pool_of({64});
+    for (int i = 0; i < 3; ++i) {
+      GstMapInfo forgotten = GST_MAP_INFO_INIT;
+      {
+        const auto buffer = *pool.acquire();
+        FramePool::Writer writer;
+        ASSERT_TRUE(writer.map(pool, buffer.get())) << "frame " << i;
+        writer.unmap();
+        ASSERT_TRUE(gst_buffer_map(buffer.get(), &forgotten, flags));
+      }
+      EXPECT_EQ(pool.stats().retained, 0u);
+      gst_memory_unmap(forgotten.memory, &forgotten);
+      gst_memory_unref(forgotten.memory);
+    }
+  }
+}
+
 TEST(FramePool, RejectsABufferAboveTheLimit) {
   FramePool pool = pool_of({64});
   BufferLimit limit("tensor_test");
