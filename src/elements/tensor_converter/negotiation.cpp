@@ -30,6 +30,32 @@ Ref<GstCaps> media_in_any_format(bool any_media) {
                      gst::video_of_devices().release()));
 }
 
+// `all` with the structures of `best` in place of those of the same media in system memory.
+Ref<GstCaps> narrowed(const GstCaps* all, Ref<GstCaps> best) {
+  const auto is_in_best = [&best](const char* name) {
+    for (guint i = 0; i < gst_caps_get_size(best.get()); ++i)
+      if (gst_structure_has_name(gst_caps_get_structure(best.get(), i), name)) return true;
+    return false;
+  };
+  auto others = Ref<GstCaps>::adopt(gst_caps_new_empty());
+  for (guint i = 0; i < gst_caps_get_size(all); ++i) {
+    const GstStructure* structure = gst_caps_get_structure(all, i);
+    const GstCapsFeatures* memory = gst_caps_get_features(all, i);
+    if (is_in_best(gst_structure_get_name(structure)) &&
+        gst_caps_features_is_equal(memory, GST_CAPS_FEATURES_MEMORY_SYSTEM_MEMORY))
+      continue;
+    gst_caps_append_structure_full(others.get(), gst_structure_copy(structure),
+                                   gst_caps_features_copy(memory));
+  }
+  return Ref<GstCaps>::adopt(gst_caps_merge(best.release(), others.release()));
+}
+
+// The part of `caps` that fits the filter, in its order.
+Ref<GstCaps> fitting(const GstCaps* caps, const GstCaps* filter) {
+  return Ref<GstCaps>::adopt(gst_caps_intersect_full(
+      const_cast<GstCaps*>(filter), const_cast<GstCaps*>(caps), GST_CAPS_INTERSECT_FIRST));
+}
+
 }  // namespace
 
 Result<Preferences> preferences(const ConverterSettings& settings, const gst::PeerCaps& peer) {
@@ -60,6 +86,11 @@ Ref<GstCaps> offered_caps(GstPad* sink, GstPad* source, const GstCaps* filter, b
   if (peer.tensors.size() == 1) {
     auto best = Ref<GstCaps>::adopt(
         gst_caps_from_string(caps_of_media_for(peer.tensors[0], peer.rate).c_str()));
+    const auto only_best = narrowed(all.get(), Ref<GstCaps>::share(best.get()));
+    // A stream that cannot become what the peer needs gets an error that names both.
+    if (auto meet = filter ? fitting(only_best.get(), filter) : Ref<GstCaps>();
+        meet && !gst_caps_is_empty(meet.get()))
+      return meet;
     all = Ref<GstCaps>::adopt(gst_caps_merge(best.release(), all.release()));
   }
   auto rest = media_in_any_format(any_media);
@@ -69,11 +100,8 @@ Ref<GstCaps> offered_caps(GstPad* sink, GstPad* source, const GstCaps* filter, b
     if (gst_pad_is_linked(sink)) return all;
     return Ref<GstCaps>::adopt(gst_caps_merge(all.release(), rest.release()));
   }
-  auto* given = const_cast<GstCaps*>(filter);
-  auto meet =
-      Ref<GstCaps>::adopt(gst_caps_intersect_full(given, all.get(), GST_CAPS_INTERSECT_FIRST));
-  if (!gst_caps_is_empty(meet.get())) return meet;
-  return Ref<GstCaps>::adopt(gst_caps_intersect_full(given, rest.get(), GST_CAPS_INTERSECT_FIRST));
+  auto meet = fitting(all.get(), filter);
+  return gst_caps_is_empty(meet.get()) ? fitting(rest.get(), filter) : std::move(meet);
 }
 
 bool is_accepted_by_element(const GstCaps* caps, bool any_media) {

@@ -72,6 +72,35 @@ TEST(TensorConverter, OffersTheSizeThatDownstreamPrefersFirst) {
     }
 }
 
+TEST(TensorConverter, OffersOnlyWhatDownstreamAcceptsUnlessNothingFits) {
+  const auto h = make_harness("tensor_converter");
+  gst_harness_set_sink_caps_str(h.get(), "other/tensor,dimension=(string)3:16:12:1,type=uint8");
+  const std::string any = accepted(
+      h, "video/x-raw,format={BGR,RGBA,GRAY8,RGB},width=[1,999],height=[1,999],framerate=5/1");
+  EXPECT_LT(any.find("format=(string)RGB"), any.find("format=(string)BGR"));
+  EXPECT_LACKS(any, "RGBA");
+  EXPECT_LACKS(any, "GRAY8");
+  EXPECT_LACKS(any, "999");
+  EXPECT_SAYS(accepted(h, "video/x-raw,format=RGBA,width=64,height=48,framerate=5/1"), "RGBA");
+  EXPECT_SAYS(accepted(h, "application/octet-stream"), "application/octet-stream");
+}
+
+// So that no caps need to be written between a camera and a model.
+TEST(TensorConverter, ConvertersBeforeItMakeRgbOfTheSizeThatDownstreamNeeds) {
+  for (const char* format : {"RGBA", "BGRx", "GRAY8", "I420", "RGB"}) {
+    const auto h = make_harness(
+        "videoconvert ! videoscale ! tensor_converter name=c ! capsfilter "
+        "caps=\"other/tensor,dimension=(string)3:16:12:1,type=uint8\"");
+    gst_harness_set_src_caps_str(h.get(), video(format, 64, 48).c_str());
+    const auto converter = find_element(h, "tensor_converter");
+    const auto sink = Ref<GstPad>::adopt(gst_element_get_static_pad(converter.get(), "sink"));
+    const auto caps = Ref<GstCaps>::adopt(gst_pad_get_current_caps(sink.get()));
+    ASSERT_TRUE(caps) << format;
+    const gst::UniqueText text(gst_caps_to_string(caps.get()));
+    EXPECT_SAYS(text.get(), "format=(string)RGB, width=(int)16, height=(int)12") << format;
+  }
+}
+
 // A query walks the rest of the pipeline.
 TEST(TensorConverter, AsksDownstreamForItsCapsOnce) {
   const auto h = make_harness("tensor_converter");

@@ -80,7 +80,7 @@ void VideoMedium::offer(GstQuery* query) const {
 std::string VideoMedium::caps_for(const TensorSpec& peer, const Fraction& rate) {
   const Shape& d = peer.shape;
   const char* formats = d[0] == 1   ? "{ GRAY8, GRAY16_BE, GRAY16_LE }"
-                        : d[0] == 3 ? "{ RGB, BGR }"
+                        : d[0] == 3 ? "RGB"
                         : d[0] == 4 ? "{ RGBx, BGRx, xRGB, xBGR, RGBA, BGRA, ARGB, ABGR }"
                                     : nullptr;
   const std::string framerate = rate.valid()
@@ -95,6 +95,7 @@ std::string VideoMedium::caps_for(const TensorSpec& peer, const Fraction& rate) 
             ", interlace-mode=(string)progressive; ";
   };
   if (formats) add(formats, d[1], d[2]);
+  if (d[0] == 3) add("BGR", d[1], d[2]);  // second: models are usually trained with RGB
   if (d[2] == 3) add("{ RGBP, BGRP }", d[0], d[1]);
   return text;
 }
