@@ -10,6 +10,7 @@
 
 #include "core/decoders/box_scheme.hpp"
 #include "core/decoders/option_text.hpp"
+#include "core/decoders/stream_model.hpp"
 #include "core/detection/centroid_tracker.hpp"
 #include "core/detection/pixel_box.hpp"
 #include "core/draw/rgba_frame.hpp"
@@ -90,6 +91,8 @@ class BoundingBoxes {
     scheme_ = open_scheme(scheme);
   }
 
+  void set_model(const weir_stream_model* model) noexcept { model_.set(model); }
+
   void configure(std::span<const weir_tensor_info> inputs, DecoderOutput& output) {
     std::vector<const weir_tensor_info*> infos;
     for (const weir_tensor_info& info : inputs) infos.push_back(&info);
@@ -105,7 +108,7 @@ class BoundingBoxes {
       for (const weir_tensor& tensor : tensors) infos.push_back(&tensor.info);
       check(infos);
     }
-    const detection::PixelBoxes boxes = scheme_->find(tensors);
+    const detection::PixelBoxes boxes = scheme_->find(model_.with_quantisation(tensors));
     if (tracks_) numbers_ = tracker_.follow(boxes);
     if (logs_) log(boxes);
     draw::RgbaFrame canvas(output.reserve(draw::rgba_bytes(size_)), size_);
@@ -199,6 +202,7 @@ class BoundingBoxes {
   std::vector<std::string> labels_;
   bool tracks_ = false, logs_ = false;
   std::unique_ptr<BoxScheme> scheme_;
+  StreamModel model_;
   detection::CentroidTracker tracker_;
   std::vector<uint64_t> numbers_;  // of the boxes of the frame, by the tracker
   bool reported_class_ = false;

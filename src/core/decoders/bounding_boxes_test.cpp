@@ -70,6 +70,18 @@ TEST(BoundingBoxes, DrawsABoxOfOnePixelOnATransparentFrame) {
                                       "........"}));
 }
 
+TEST(BoundingBoxes, ReadsQuantisedOutputsAsTheModelMeansThem) {
+  const std::vector<TestTensor> tensors{{ElementType::UInt8, "4:1:1", Bytes{1, 1, 3, 3}},
+                                        {ElementType::UInt8, "1:1", Bytes{4}},
+                                        {ElementType::UInt8, "1:1", Bytes{3}},
+                                        {ElementType::UInt8, "1", Bytes{4}}};
+  TestDecoder decoder(kMode, options("8:8", "8:8"));
+  decoder.set_model(tensors, 0.25f, 0);
+  EXPECT_EQ(rows_of(decoder.decode(tensors), 8),
+            drawn(options("8:8", "8:8"), postprocessed({kBox}), 8));
+  EXPECT_EQ(decoder.error, "");
+}
+
 TEST(BoundingBoxes, ScalesToTheOutputAndEndsAtItsEdge) {
   // x: 6 * 2 / 8 = 1, 6 * 8 / 8 = 6, which is beyond the last column.
   EXPECT_EQ(drawn(options("6:4", "8:8"), postprocessed({{0.25f, 0.25f, 1, 1, 0, 1}}), 6),

@@ -98,6 +98,25 @@ class TestDecoder {
     caps = sink.caps;
     return bool(status);
   }
+  // As tensor_filter describes a model with these outputs, quantised alike.
+  void set_model(const std::vector<TestTensor>& outputs, float scale, int32_t zero_point) {
+    std::vector<weir_tensor_info> infos;
+    for (const auto& output : outputs) {
+      infos.push_back(output.info());
+      infos.back().scale = scale;
+      infos.back().zero_point = zero_point;
+    }
+    const weir_stream_model model{.struct_size = sizeof model,
+                                  .n_inputs = 0,
+                                  .n_outputs = static_cast<uint32_t>(infos.size()),
+                                  .inputs = nullptr,
+                                  .outputs = infos.data(),
+                                  .path = "/models/test.tflite",
+                                  .metadata_json = nullptr,
+                                  .card_labels = nullptr,
+                                  .n_card_labels = 0};
+    decoder_->set_model(&model);
+  }
   // Decodes a frame without configure(), as for flexible streams.
   const Bytes& decode(const std::vector<TestTensor>& tensors) {
     std::vector<weir_tensor> memory;

@@ -7,6 +7,7 @@
 
 #include "core/decoders/box_scheme.hpp"
 #include "core/decoders/option_text.hpp"
+#include "core/decoders/stream_model.hpp"
 #include "core/tensor/geometry.hpp"
 #include "core/tensor/tensor_header.hpp"
 #include "core/text/text.hpp"
@@ -70,6 +71,8 @@ class TensorRegion {
     header_.spec.shape = Shape::parse("4:" + std::to_string(regions_));
   }
 
+  void set_model(const weir_stream_model* model) noexcept { model_.set(model); }
+
   void configure(std::span<const weir_tensor_info> inputs, DecoderOutput& output) {
     if (!inputs.empty()) {
       infos_.clear();
@@ -84,7 +87,7 @@ class TensorRegion {
     infos_.clear();
     for (const weir_tensor& tensor : tensors) infos_.push_back(&tensor.info);
     scheme_->check(infos_);
-    const detection::PixelBoxes boxes = scheme_->find(tensors);
+    const detection::PixelBoxes boxes = scheme_->find(model_.with_quantisation(tensors));
     const auto bytes = output.reserve(kTensorHeaderBytes + kValues * regions_ * sizeof(uint32_t));
     write_tensor_header(header_, bytes.first<kTensorHeaderBytes>());
     std::byte* to = bytes.data() + kTensorHeaderBytes;
@@ -102,6 +105,7 @@ class TensorRegion {
  private:
   size_t regions_;
   std::unique_ptr<BoxScheme> scheme_;
+  StreamModel model_;
   TensorHeader header_;
   std::vector<const weir_tensor_info*> infos_;  // of the frame, kept for its memory
 };

@@ -53,6 +53,19 @@ TEST(TensorRegion, WritesTheBestRegions) {
   EXPECT_EQ(regions(options("2"), tensors), (Numbers{30, 40, 40, 20, 50, 70, 40, 20}));
 }
 
+TEST(TensorRegion, ReadsQuantisedOutputsAsTheModelMeansThem) {
+  // 0.1 * (value - 100): the boxes are 0; the logits 0, 3, 2 and -9.
+  const std::vector<TestTensor> tensors{
+      {ElementType::UInt8, "4:1:3", Bytes(12, 100)},
+      {ElementType::UInt8, "3:3", Bytes{100, 10, 10, /**/ 100, 130, 10, /**/ 100, 10, 120}}};
+  TestDecoder decoder(kMode, options("2"));
+  decoder.set_model(tensors, 0.1f, 100);
+  ASSERT_TRUE(decoder.configure(tensors)) << decoder.error;
+  const Bytes read = decoder.decode(tensors);
+  EXPECT_EQ(read, decoded(options("2"), anchors({0, kNo, kNo, /**/ 0, 3, kNo, /**/ 0, kNo, 2})));
+  EXPECT_NE(read, decoded(options("2"), tensors)) << "without a model they are plain numbers";
+}
+
 TEST(TensorRegion, FillsUnusedRegionsWithZeros) {
   EXPECT_EQ(regions(options("3"), anchors({0, kNo, kNo, /**/ 0, 3, kNo, /**/ 0, kNo, kNo})),
             (Numbers{30, 40, 40, 20, 0, 0, 0, 0, 0, 0, 0, 0}));

@@ -14,9 +14,9 @@ using heads::element_count;
 // Keeps one buffer for conversions, so that a stream allocates once.
 class TensorValues {
  public:
-  // heads::read_values() without quantisation. Valid until the next call and while the tensor is.
+  // heads::read_values() with quantisation. Valid until the next call and while the tensor is.
   std::span<const float> read(const weir_tensor& tensor) {
-    return heads::read_values(tensor, false, &converted_);
+    return heads::read_values(tensor, true, &converted_);
   }
 
  private:
