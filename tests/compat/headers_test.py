@@ -17,7 +17,7 @@ nnstreamer_plugin_api_decoder.h nnstreamer_plugin_api_filter.h nnstreamer_plugin
 nnstreamer_plugin_api_util.h nnstreamer_util.h nnstreamer_version.h tensor_converter_custom.h tensor_decoder_custom.h
 tensor_filter_cpp.hh tensor_filter_custom.h tensor_filter_custom_easy.h tensor_if.h tensor_typedef.h""".split()
 NEED_NO_GLIB = {"tensor_typedef.h", "tensor_filter_custom.h", "tensor_filter_custom_easy.h", "tensor_if.h",
-                "tensor_filter_cpp.hh", "nnstreamer_util.h", "nnstreamer_version.h"}
+                "nnstreamer_util.h", "nnstreamer_version.h"}
 
 
 def gstreamer():
