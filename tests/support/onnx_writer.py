@@ -39,10 +39,11 @@ def value(field, name, shape):
     return block(field, block(1, name) + block(2, block(1, number(1, FLOAT32) + block(2, dims))))
 
 
-def model(nodes, arrays, inputs, outputs):
+def model(nodes, arrays, inputs, outputs, metadata=()):
     """`nodes`: tuples (operation, names of inputs, name of the output); `arrays`: name -> float32 array; `inputs` and
-    `outputs`: tuples (name, shape), float32. A text as a length is the name of an open dimension."""
+    `outputs`: tuples (name, shape), float32. A text as a length is the name of an open dimension. `metadata`: pairs of texts."""
     graph = b"".join(node(*n) for n in nodes) + block(2, "test")
     graph += b"".join(weights(*item) for item in arrays.items())
     graph += b"".join(value(11, *v) for v in inputs) + b"".join(value(12, *v) for v in outputs)
-    return number(1, IR_VERSION) + block(7, graph) + block(8, block(1, "") + number(2, OPSET))
+    return number(1, IR_VERSION) + block(7, graph) + block(8, block(1, "") + number(2, OPSET)) + b"".join(
+        block(14, block(1, key) + block(2, text)) for key, text in metadata)

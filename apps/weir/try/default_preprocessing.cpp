@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "core/tensor/element_type.hpp"
+#include "report.hpp"
 #include "weir/model.hpp"
 #include "weir/module.hpp"
 
@@ -12,16 +13,50 @@ namespace weir::app {
 namespace {
 
 // The side of a picture where a model leaves it open, as published models have it.
-constexpr int64_t kOpenSide = 640;
+constexpr int64_t kOpenSide = 640, kMaxSide = 1 << 15;
 
 bool is_open(const weir_tensor_info& info) {
   return info.rank > WEIR_RANK_LIMIT ||
          std::any_of(info.shape, info.shape + info.rank, [](int64_t extent) { return extent < 1; });
 }
 
-void choose_open_sides(weir_tensor_info* info) {
-  for (uint32_t i = 0; i < info->rank; ++i)
-    if (info->shape[i] < 1) info->shape[i] = i == 0 && info->rank == 4 ? 1 : kOpenSide;
+struct Sides {
+  int64_t height = kOpenSide, width = kOpenSide;
+};
+
+// Those in the metadata of a file of Ultralytics, "[416, 640]" or "416"; else the usual ones.
+Sides read_sides(const char* metadata_json) {
+  const auto all = Json::parse(metadata_json ? metadata_json : "", nullptr, false);
+  const auto map = all.is_object() ? all.value("custom_metadata_map", Json::object()) : Json();
+  const auto text = map.is_object() && map.contains("imgsz") && map["imgsz"].is_string()
+                        ? map["imgsz"].get<std::string>()
+                        : "";
+  const auto value = Json::parse(text, nullptr, false);
+  const auto is_side = [](const Json& side) {
+    return side.is_number_integer() && side.get<int64_t>() > 0 && side.get<int64_t>() <= kMaxSide;
+  };
+  if (is_side(value)) return {value.get<int64_t>(), value.get<int64_t>()};
+  if (value.is_array() && value.size() == 2 && is_side(value[0]) && is_side(value[1]))
+    return {value[0].get<int64_t>(), value[1].get<int64_t>()};
+  return {};
+}
+
+bool are_channels(int64_t extent) {
+  return extent == 1 || extent == 3;
+}
+
+void choose_open_sides(const Sides& sides, weir_tensor_info* info) {
+  const bool has_batch = info->rank == 4;
+  const uint32_t first = has_batch ? 1 : 0;
+  const bool is_planar = info->rank >= 3 && are_channels(info->shape[first]);
+  const uint32_t rows = first + (is_planar ? 1 : 0);
+  for (uint32_t i = 0; i < info->rank; ++i) {
+    if (info->shape[i] > 0) continue;
+    info->shape[i] = i == 0 && has_batch ? 1
+                     : i == rows         ? sides.height
+                     : i == rows + 1     ? sides.width
+                                         : kOpenSide;
+  }
 }
 
 enum class PixelScale {
@@ -105,10 +140,6 @@ const char* to_string(PixelScale numbers) {
   return "";
 }
 
-bool are_channels(int64_t extent) {
-  return extent == 1 || extent == 3;
-}
-
 std::string number_text(double value) {
   char text[32];
   std::snprintf(text, sizeof text, "%.9g", value);
@@ -151,8 +182,6 @@ std::optional<card::ImageInput> default_image_input(std::string_view family,
   out.type = info.type < WEIR_TYPE_END ? static_cast<ElementType>(info.type) : ElementType::Float32;
   out.layout = is_packed ? card::Layout::Nhwc : card::Layout::Nchw;
   out.shape = {1, shape[0], shape[1], shape[2]};
-  for (int64_t& extent : out.shape)
-    if (extent <= 0) extent = kOpenSide;
   out.color = out.channels() == 1 ? card::Color::Gray : usual.color;
   out.resize = usual.resize;
   out.padding = usual.padding;
@@ -184,12 +213,13 @@ Properties preprocess_properties(const card::ImageInput& input) {
 std::vector<weir_tensor_info> sized_inputs(const infer::Model& model,
                                            const std::vector<int64_t>& shape) {
   auto out = model.inputs();
+  const Sides sides = read_sides(model.info().metadata_json);
   for (auto& info : out) {
     if (info.rank > WEIR_RANK_LIMIT) continue;
     if (&info == out.data() && shape.size() == info.rank)
       std::copy(shape.begin(), shape.end(), info.shape);
     else
-      choose_open_sides(&info);
+      choose_open_sides(sides, &info);
   }
   return out;
 }

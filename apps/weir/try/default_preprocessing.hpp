@@ -14,8 +14,7 @@
 
 namespace weir::app {
 
-// The picture input that `info` describes, with the family's usual colours, scale and fit; open
-// sizes become those of published models (640). nullopt if it is not a picture's tensor. `note`
+// The picture input that `info` describes, with the family's usual colours, scale and fit. nullopt if it is not a picture's tensor. `note`
 // says in words what was assumed.
 std::optional<card::ImageInput> default_image_input(std::string_view family,
                                                     const weir_tensor_info& info,
@@ -24,7 +23,8 @@ std::optional<card::ImageInput> default_image_input(std::string_view family,
 // Returns the properties of tensor_preprocess for an input: width, height, fit, ...
 Properties preprocess_properties(const card::ImageInput& input);
 
-// The model's inputs with `shape` for the first one, else with the usual sizes for open extents.
+// The model's inputs with `shape` for the first one, else with the sizes of its metadata for open
+// extents, or those of published models (640).
 std::vector<weir_tensor_info> sized_inputs(const infer::Model& model,
                                            const std::vector<int64_t>& shape);
 

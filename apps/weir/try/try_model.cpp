@@ -312,7 +312,7 @@ Status prepare(const Result<card::Card>& card, const infer::Model& model, const 
     return ok();
   }
   std::string note;
-  const auto& inputs = model.inputs();
+  const auto inputs = sized_inputs(model, {});
   const auto pixels =
       inputs.size() == 1 ? default_image_input(family, inputs[0], &note) : std::nullopt;
   if (!pixels) return card.error();

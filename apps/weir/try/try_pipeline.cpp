@@ -96,8 +96,8 @@ Result<PipelineDescription> make_encoder(const std::string& output, bool is_one_
   for (const auto& [extension, encoder] : kEncoders)
     if (lower_extension(output) == extension)
       return PipelineDescription()
-          .text(encoder)
-          .text(is_photo(output) && !is_one_picture ? " snapshot=true ! " : " ! ")
+          .text(is_photo(output) && !is_one_picture ? "imagefreeze num-buffers=1 ! " : "")
+          .text(std::string(encoder) + " ! ")
           .element("filesink", {{"location", output}});
   return Error{.code = Code::OPTION_VALUE,
                .what = "the format of the output file is unknown",

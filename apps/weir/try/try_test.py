@@ -27,11 +27,11 @@ def picture(name):
     return SHARED / "media" / name
 
 
-def write_map_model(folder, output):
+def write_map_model(folder, output, size=(96, 96), metadata=()):
     """A model whose output of the input's size is the mean of the colours."""
     path = folder / "map.onnx"
     path.write_bytes(onnx_writer.model([("Conv", ("image", "w"), output)], {"w": numpy.full((1, 3, 1, 1), 1 / 3, "f")},
-                                       [("image", (1, 3, 96, 96))], [(output, (1, 1, 96, 96))]))
+                                       [("image", (1, 3, *size))], [(output, (1, 1, *size))], metadata))
     return path
 
 
@@ -186,8 +186,15 @@ class Depth(Case):
         for name, start in (("first.png", b"\x89PNG"), ("first.jpg", b"\xff\xd8\xff")):
             output = self.folder / name
             self.good(weir("try", write_map_model(self.folder, "depth"), "test", "--output", output, **CARDS))
-            self.assertEqual(output.read_bytes().count(start), 1)
+            self.assertEqual(output.read_bytes().count(start), 1, (name, len(output.read_bytes())))
             self.assertEqual(Image.open(output).size, (320, 240))
+
+    def test_an_open_size_is_that_of_the_metadata(self):
+        for imgsz, width, height in (("[48, 64]", 64, 48), ("96", 96, 96), ("[0, 64]", 640, 640), ("[48, 64, 3]", 640, 640), (None, 640, 640)):
+            model = write_map_model(self.folder, "depth", ("h", "w"), [("imgsz", imgsz)] if imgsz else [])
+            done = weir("try", "--mode", "depth", model, "test", "--output", self.folder / "one.png", **CARDS)
+            self.assertIn("depth", self.good(done))
+            self.assertIn(f"tensor_preprocess width={width} height={height} ", done.stderr)
 
     def test_paths_are_read_as_they_are(self):
         """With blanks and both quotes; the printed line finds the same files in a shell."""
