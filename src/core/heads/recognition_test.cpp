@@ -22,6 +22,8 @@ TEST(Recognition, KnowsTheUsualExports) {
   EXPECT_EQ(family({zeros("8400:84:1")}), "yolov8");
   EXPECT_EQ(family({zeros("84:8400:1")}), "yolov8");
   EXPECT_EQ(family({zeros("8400:7:1")}), "yolov8");
+  EXPECT_EQ(family({zeros("8400:20:1")}), "yolov8-obb");  // 15 classes of DOTA
+  EXPECT_EQ(family({zeros("8400:19:1")}), "yolov8");
   EXPECT_EQ(family({zeros("85:25200:1")}), "yolov5");
   EXPECT_EQ(family({zeros("85:8400:1")}), "yolox");
   EXPECT_EQ(family({zeros("112:8400:1")}), "nanodet");

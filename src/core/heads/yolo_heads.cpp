@@ -107,10 +107,12 @@ Match make_fit(const ModelSignature& model, std::string_view task, size_t classe
   return usual ? Match::Certain : Match::Possible;
 }
 
-// Whether the labels fit a reading of the row other than box and classes.
-bool labels_name_another(const ModelSignature& model, size_t values) {
-  return model.labels > 0 && (model.labels + kWithObjectness == values ||
-                              model.labels + kBoxValues + kCocoPoints == values);
+// Whether the labels, or the classes of DOTA without labels, fit a reading of the row other than
+// box and classes.
+bool is_another(const ModelSignature& model, size_t values) {
+  if (model.labels == 0) return values == kBoxValues + kDotaClasses + kAngle;
+  return model.labels + kWithObjectness == values ||
+         model.labels + kBoxValues + kCocoPoints == values;
 }
 
 Match fit_yolov8(const ModelSignature& model) {
@@ -118,8 +120,7 @@ Match fit_yolov8(const ModelSignature& model) {
   if (!outputs || outputs->layout.values <= kBoxValues) return Match::No;
   const size_t classes = outputs->layout.values - kBoxValues;
   const bool is_usual = outputs->layout.rows_are_inner || classes == kCocoClasses;
-  return make_fit(model, "detect", classes,
-                  is_usual && !labels_name_another(model, outputs->layout.values));
+  return make_fit(model, "detect", classes, is_usual && !is_another(model, outputs->layout.values));
 }
 
 Match fit_yolov8_obb(const ModelSignature& model) {
