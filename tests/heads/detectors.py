@@ -53,7 +53,7 @@ def rtdetr(order, kind):
 
 
 def labels_boxes_scores(order, kind):
-    """Pixels and numbers of classes; the rows after the objects are less certain."""
+    """Pixels and numbers of classes; the rows after the objects are less certain. With two outputs, each box ends in its score."""
     things = things_of(SQUARE.source)
     boxes = numpy.zeros((30, 4))
     boxes[:3] = [SQUARE.box(thing) for thing in things]
@@ -61,7 +61,8 @@ def labels_boxes_scores(order, kind):
     labels[:3] = [thing.index for thing in things]
     scores = numpy.full(30, 0.2)
     scores[:3] = [thing.score for thing in things]
-    outputs = {"labels": labels, "boxes": boxes, "scores": scores}
+    of_one_scale = SQUARE.part(boxes) if kind in ("uint8", "int8") else boxes
+    outputs = {"labels": labels, "boxes": boxes, "scores": scores, "dets": numpy.column_stack([of_one_scale, scores])}
     return Example(SQUARE, [(name, outputs[name]) for name in order.split(",")], things)
 
 

@@ -74,6 +74,17 @@ def yolov5(order, kind):
     return Example(SQUARE, [("output", in_order(rows, order, kind, SQUARE))], things)
 
 
+def yolo_nas(order, kind):
+    """Probabilities and corners in pixels of each cell, in two outputs: Deci, "YOLO-NAS", 2023; Xu et al., "PP-YOLOE", 2022, whose
+    scores have all cells of a class together."""
+    things = things_of(SQUARE.source)
+    rows, _ = rows_of(SQUARE, things)
+    corners = numpy.concatenate([rows[:, :2] - rows[:, 2:4] / 2, rows[:, :2] + rows[:, 2:4] / 2], axis=1)
+    scores = rows[:, 4:]
+    outputs = [("scores", (scores.T if "planes" in order else scores)[None]), ("boxes", corners[None])]
+    return Example(SQUARE, outputs[::-1] if order.startswith("boxes") else outputs, things)
+
+
 def yolox(order, kind):
     """In rows the numbers are relative to the cells, as YOLOX exports them; in planes they are pixels."""
     things = things_of(SQUARE.source)

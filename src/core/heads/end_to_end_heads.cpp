@@ -246,18 +246,20 @@ std::unique_ptr<Head> open_rt_detr(const ModelSignature& model, const HeadOption
   return std::make_unique<RtDetr>(*queries, model.input, options.threshold, score_kind(options));
 }
 
-// Three outputs: labels N, boxes 4:N of x1, y1, x2, y2, scores N.
+// Three outputs: labels N, boxes 4:N of x1, y1, x2, y2, scores N. Or two: labels N, boxes 5:N with
+// the score last.
 struct Roles {
   size_t labels = 0, boxes = 0, scores = 0;
+  bool are_together() const noexcept { return scores == boxes; }
+  size_t row_length() const noexcept { return are_together() ? kDetrBox + 1 : kDetrBox; }
 };
 
-// Whether the output at `boxes` has one box for each number of the outputs `a` and `b`.
-bool are_boxes(const OutputSignature& boxes, const OutputSignature& a, const OutputSignature& b) {
-  const uint32_t count = std::max(boxes.shape[1], 1u);
-  const auto is_list = [count](const OutputSignature& output) {
-    return output.shape.min_rank() == 1 && output.shape[0] == count;
-  };
-  return boxes.shape[0] == kDetrBox && boxes.shape.min_rank() <= 2 && is_list(a) && is_list(b);
+// Whether the output `list` has a number for each row of `boxes`.
+bool is_list_of(const OutputSignature& boxes, const OutputSignature& list) {
+  return list.shape.min_rank() == 1 && list.shape[0] == std::max(boxes.shape[1], 1u);
+}
+bool are_boxes(const OutputSignature& boxes, size_t length) {
+  return boxes.shape[0] == length && boxes.shape.min_rank() <= 2;
 }
 
 // Whether the names make `labels` the labels and `scores` the scores.
@@ -270,7 +272,8 @@ bool are_named(const OutputSignature& labels, const OutputSignature& scores) {
 std::optional<Roles> roles_around(const ModelSignature& model, size_t boxes) {
   const size_t first = boxes == 0 ? 1 : 0, second = boxes == 2 ? 1 : 2;
   const auto &a = model.outputs[first], &b = model.outputs[second];
-  if (!are_boxes(model.outputs[boxes], a, b)) return std::nullopt;
+  const auto& box = model.outputs[boxes];
+  if (!are_boxes(box, kDetrBox) || !is_list_of(box, a) || !is_list_of(box, b)) return std::nullopt;
   if (is_integer(a.type) != is_integer(b.type))
     return is_integer(a.type) ? Roles{first, boxes, second} : Roles{second, boxes, first};
   if (are_named(b, a)) return Roles{second, boxes, first};
@@ -278,7 +281,20 @@ std::optional<Roles> roles_around(const ModelSignature& model, size_t boxes) {
   return std::nullopt;
 }
 
+// As MMDetection exports its detectors.
+std::optional<Roles> find_roles_of_two(const ModelSignature& model) {
+  for (const size_t boxes : {0u, 1u}) {
+    const auto &box = model.outputs[boxes], &list = model.outputs[1 - boxes];
+    const bool are_labels =
+        is_integer(list.type) || has_name_with(list, "label") || has_name_with(list, "class");
+    if (are_boxes(box, kDetrBox + 1) && is_list_of(box, list) && are_labels)
+      return Roles{1 - boxes, boxes, boxes};
+  }
+  return std::nullopt;
+}
+
 std::optional<Roles> find_roles(const ModelSignature& model) {
+  if (model.outputs.size() == 2) return find_roles_of_two(model);
   if (model.outputs.size() != 3) return std::nullopt;
   for (size_t boxes = 0; boxes < 3; ++boxes)
     if (const auto roles = roles_around(model, boxes)) return roles;
@@ -298,11 +314,15 @@ class LabelsBoxesScores final : public Head {
   Candidates find(OutputValues& outputs, Size input) override {
     const auto labels = outputs.read_raw(roles_.labels);
     const auto boxes = outputs.read(roles_.boxes), scores = outputs.read(roles_.scores);
-    const size_t count = std::min({labels.size(), scores.size(), boxes.size() / kDetrBox});
+    const size_t length = roles_.row_length();
+    size_t count = std::min(labels.size(), boxes.size() / length);
+    if (!roles_.are_together()) count = std::min(count, scores.size());
     boxes_.begin();
-    for (size_t i = 0; i < count; ++i)
-      boxes_.add(boxes.subspan(i * kDetrBox).first<kDetrBox>(), scores[i], labels[i] - first_class_,
-                 i);
+    for (size_t i = 0; i < count; ++i) {
+      const auto box = boxes.subspan(i * length, length);
+      boxes_.add(box.first<kDetrBox>(), roles_.are_together() ? box.back() : scores[i],
+                 labels[i] - first_class_, i);
+    }
     return boxes_.take(input.width > 0 ? input : input_);
   }
 
@@ -385,13 +405,14 @@ const Family kRtDetr{.name = "rtdetr",
                      .fit = fit_rt_detr,
                      .open = open_rt_detr};
 
-const Family kLabelsBoxesScores{.name = "labels-boxes-scores",
-                                .aliases = "rtdetr-deployed,torchvision",
-                                .tasks = kDetection,
-                                .outputs = "labels N (integers), boxes 4:N, scores N in any order",
-                                .custom = "unit,first-class",
-                                .threshold = 0.5f,
-                                .fit = fit_labels_boxes_scores,
-                                .open = open_labels_boxes_scores};
+const Family kLabelsBoxesScores{
+    .name = "labels-boxes-scores",
+    .aliases = "rtdetr-deployed,torchvision,mmdetection",
+    .tasks = kDetection,
+    .outputs = "labels N (integers), boxes 4:N, scores N in any order; or labels N, boxes 5:N",
+    .custom = "unit,first-class",
+    .threshold = 0.5f,
+    .fit = fit_labels_boxes_scores,
+    .open = open_labels_boxes_scores};
 
 }  // namespace weir::heads

@@ -37,6 +37,7 @@ constexpr const Family* kFamilies[] = {
     &kSsdPostprocess,
     &kUltraface,
     &kUltrafaceRaw,
+    &kYoloNas,
     &kYolov10,
     &kYolov3Grids,
     &kYolov5,

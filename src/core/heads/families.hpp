@@ -55,6 +55,8 @@ extern const Family kUltraface, kUltrafaceRaw;
 
 // Small detectors: FastestDet and NanoDet.
 extern const Family kFastestDet, kNanoDet;
+// YOLO-NAS, PP-YOLOE, DAMO-YOLO: the scores and the edges of the boxes are two outputs.
+extern const Family kYoloNas;
 
 // Networks that output one heat map for each key point, as HRNet does.
 extern const Family kHeatMaps;

@@ -1,4 +1,5 @@
-// Reads FastestDet (one grid) and NanoDet (distributions of the distances to the edges).
+// Reads FastestDet (one grid), NanoDet (distributions of the distances to the edges), and YOLO-NAS
+// and others whose scores and boxes are two outputs.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/heads/families.hpp"
 
@@ -8,6 +9,7 @@
 #include "core/detection/dense_scores.hpp"
 #include "core/heads/coordinates.hpp"
 #include "core/heads/dense_layout.hpp"
+#include "core/heads/output_shapes.hpp"
 #include "core/tensor/geometry.hpp"
 
 namespace weir::heads {
@@ -218,6 +220,75 @@ std::unique_ptr<Head> open_nano_det(const ModelSignature& model, const HeadOptio
   return std::make_unique<NanoDet>(*output, options.threshold);
 }
 
+// ---- YOLO-NAS, PP-YOLOE, DAMO-YOLO: scores of classes and edges of boxes for each cell ----
+
+struct ScoresAndBoxes {
+  size_t scores = 0, boxes = 0;  // outputs
+  DenseLayout layout;            // of the scores
+};
+
+std::optional<ScoresAndBoxes> find_scores_and_boxes(const ModelSignature& model) {
+  if (model.outputs.size() != 2) return std::nullopt;
+  // Four classes and boxes have the same shape: names decide, then the order of YOLO-NAS.
+  const size_t likely = has_name_with(model.outputs[1], "box") ? 1 : 0;
+  for (const size_t boxes : {likely, 1 - likely}) {
+    const Shape& box = model.outputs[boxes].shape;
+    const auto layout = find_dense_layout(model.outputs[1 - boxes].shape, model.input);
+    if (layout && layout->anchors == 1 && box.min_rank() <= 2 && box[0] == 4 &&
+        box[1] == layout->rows)
+      return ScoresAndBoxes{1 - boxes, boxes, *layout};
+  }
+  return std::nullopt;
+}
+
+class YoloNas final : public Head {
+ public:
+  YoloNas(const ScoresAndBoxes& outputs, Unit unit, float threshold)
+      : outputs_(outputs),
+        scores_{.cells = outputs.layout.rows,
+                .values = outputs.layout.values,
+                .cells_are_inner = outputs.layout.rows_are_inner,
+                .first_class = 0,
+                .classes = outputs.layout.values},
+        threshold_(threshold),
+        boxes_(unit, threshold) {}
+
+  results::Features features() const override { return {}; }
+  Suppression suppression() const noexcept override { return Suppression::ByClass; }
+  size_t classes() const noexcept override { return scores_.classes; }
+
+  Candidates find(OutputValues& outputs, Size input) override {
+    const auto scores = outputs.read(outputs_.scores), boxes = outputs.read(outputs_.boxes);
+    if (scores.size() != scores_.cells * scores_.values)
+      throw other_size(scores.size(), scores_.cells * scores_.values);
+    if (boxes.size() != scores_.cells * 4) throw other_size(boxes.size(), scores_.cells * 4);
+    found_.clear();
+    detection::find_scored_cells(scores, scores_, threshold_, &found_);
+    boxes_.begin();
+    for (const auto& found : found_)
+      boxes_.add(boxes.subspan(size_t{4} * found.cell).first<4>(), found.score,
+                 static_cast<float>(found.class_index), found.cell);
+    return boxes_.take(input.width > 0 ? input : outputs_.layout.input);
+  }
+
+ private:
+  ScoresAndBoxes outputs_;
+  detection::DenseScores scores_;
+  float threshold_;
+  CornerBoxes boxes_;
+  std::vector<detection::ScoredCell> found_;
+};
+
+Match fit_yolo_nas(const ModelSignature& model) {
+  return find_scores_and_boxes(model) ? Match::Possible : Match::No;
+}
+
+std::unique_ptr<Head> open_yolo_nas(const ModelSignature& model, const HeadOptions& options) {
+  const auto outputs = find_scores_and_boxes(model);
+  if (!outputs) throw wrong_outputs(model, kYoloNas);
+  return std::make_unique<YoloNas>(*outputs, unit_setting(options), options.threshold);
+}
+
 }  // namespace
 
 const Family kFastestDet{.name = "fastestdet",
@@ -237,5 +308,15 @@ const Family kNanoDet{.name = "nanodet",
                       .threshold = 0.35f,
                       .fit = fit_nano_det,
                       .open = open_nano_det};
+
+const Family kYoloNas{
+    .name = "yolo-nas",
+    .aliases = "pp-yoloe,damo-yolo",
+    .tasks = kDetection,
+    .outputs = "scores CLASSES:N or N:CLASSES, and boxes 4:N of x1, y1, x2, y2 for each cell",
+    .custom = "unit",
+    .threshold = 0.25f,
+    .fit = fit_yolo_nas,
+    .open = open_yolo_nas};
 
 }  // namespace weir::heads

@@ -34,6 +34,9 @@ TEST(Recognition, KnowsTheUsualExports) {
   EXPECT_EQ(family({zeros("8400:56:1")}, 0, kPose), "yolov8-pose");
   EXPECT_EQ(family({zeros("92:100:1"), zeros("4:100:1")}), "detr");
   EXPECT_EQ(family({zeros("80:300:1"), zeros("4:300:1")}), "rtdetr");
+  EXPECT_EQ(family({zeros("80:8400:1"), zeros("4:8400:1")}), "yolo-nas");
+  EXPECT_EQ(family({zeros("4:8400:1"), zeros("8400:80:1")}), "yolo-nas");
+  EXPECT_EQ(family({zeros("5:100:1"), zeros("100:1", "labels")}), "labels-boxes-scores");
   EXPECT_EQ(family({zeros("40:40:85:1")}), "fastestdet");
   EXPECT_EQ(family({zeros("1000:1")}, 0, kClassification), "classifier");
   EXPECT_EQ(family({zeros("21:257:257:1")}, 0, kSegmentation), "deeplab");
