@@ -13,6 +13,7 @@
 #include "core/card/find_card.hpp"
 #include "core/decoders/stream_model.hpp"
 #include "core/heads/families.hpp"
+#include "core/heads/output_shapes.hpp"
 #include "core/infer/model/model.hpp"
 #include "core/infer/module/model_file.hpp"
 #include "core/infer/module/module_library.hpp"
@@ -149,6 +150,8 @@ Error several(const std::vector<Reading>& readings, const heads::ModelSignature&
 }
 
 Error unknown_outputs(const heads::ModelSignature& facts) {
+  if (heads::looks_like_picture(facts))
+    return heads::picture_instead_of_results(facts, "--head deeplab");
   return {.code = Code::SPEC_MISMATCH,
           .what = "no known head fits these outputs",
           .offered = facts.describe_outputs(),

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "core/heads/output_shapes.hpp"
 #include "core/text/text.hpp"
 #include "weir/join.hpp"
 
@@ -86,6 +87,9 @@ void check_sizes(const ModelSignature& model) {
 }
 
 Error nothing_fits(const ModelSignature& model, const std::vector<const Family*>& families) {
+  if (looks_like_picture(model))
+    return picture_instead_of_results(model,
+                                      "tensor_decoder mode=segmentation custom=head:deeplab");
   return {.code = Code::SPEC_MISMATCH,
           .what = "no head of this mode fits these outputs",
           .offered = model.describe_outputs(),

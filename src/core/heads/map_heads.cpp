@@ -140,7 +140,8 @@ bool is_class_map(const OutputSignature& output, const Pixels& pixels) {
 
 Match fit_deep_lab(const ModelSignature& model) {
   const auto pixels = find_pixels(model);
-  return pixels && !is_class_map(model.outputs[0], *pixels) ? Match::Possible : Match::No;
+  const bool are_scores = pixels && !is_class_map(model.outputs[0], *pixels);
+  return are_scores && !looks_like_picture(model) ? Match::Possible : Match::No;
 }
 
 Match fit_class_map(const ModelSignature& model) {

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "core/text/text.hpp"
 
@@ -29,6 +30,25 @@ bool has_name_with(const OutputSignature& output, std::string_view part) {
 bool any_name_has(const ModelSignature& model, std::string_view part) {
   return std::any_of(model.outputs.begin(), model.outputs.end(),
                      [&](const OutputSignature& output) { return has_name_with(output, part); });
+}
+
+bool looks_like_picture(const ModelSignature& model) noexcept {
+  constexpr uint32_t kColours = 3;
+  if (model.outputs.size() != 1 || model.labels > 0 || model.input.width == 0) return false;
+  const Shape& shape = model.outputs[0].shape;
+  const bool is_packed = shape[0] == kColours;
+  if (shape.min_rank() != 3 || (!is_packed && shape[2] != kColours)) return false;
+  const uint32_t width = shape[is_packed ? 1 : 0], height = shape[is_packed ? 2 : 1];
+  return width % model.input.width == 0 &&
+         uint64_t{width} * model.input.height == uint64_t{height} * model.input.width;
+}
+
+Error picture_instead_of_results(const ModelSignature& model, std::string fix) {
+  return {.code = Code::SPEC_MISMATCH,
+          .what = "no head: the output looks like a picture",
+          .offered = model.describe_outputs() + ", three numbers for each pixel of the input",
+          .needed = "results; or the name of the head, if they are scores of three classes",
+          .fix = std::move(fix)};
 }
 
 void need_input_size(Size input) {

@@ -18,6 +18,13 @@ size_t element_count(const OutputSignature& output) noexcept;
 bool has_name_with(const OutputSignature& output, std::string_view part);
 bool any_name_has(const ModelSignature& model, std::string_view part);
 
+// Whether the only output has three numbers for each pixel of the input, or of the input enlarged,
+// as pictures have that a network made brighter or larger. Without labels nothing tells them from
+// scores of three classes.
+bool looks_like_picture(const ModelSignature& model) noexcept;
+// The error for it. `fix` names the head of scores.
+Error picture_instead_of_results(const ModelSignature& model, std::string fix);
+
 // Throws Failure (SPEC_MISMATCH) if the size of the model's input is not known.
 void need_input_size(Size input);
 

@@ -43,6 +43,16 @@ TEST(Recognition, KnowsTheUsualExports) {
   EXPECT_EQ(family({zeros("256:256:1")}, 0, kDepth), "depth");
 }
 
+TEST(Recognition, PicturesAreNotScoresOfThreeClasses) {
+  for (const char* shape : {"3:640:640:1", "640:640:3:1", "3:1280:1280:1"}) {
+    EXPECT_SAYS(family({zeros(shape)}, 0, kSegmentation), "the output looks like a picture");
+    EXPECT_SAYS(family({zeros(shape)}, 0, kSegmentation), "custom=head:deeplab");
+    EXPECT_EQ(family({zeros(shape)}, 3, kSegmentation), "deeplab") << "the labels say so";
+  }
+  EXPECT_EQ(family({zeros("3:160:160:1")}, 0, kSegmentation), "deeplab");
+  EXPECT_EQ(family({zeros("4:640:640:1")}, 0, kSegmentation), "deeplab");
+}
+
 TEST(Recognition, LabelsDecideBetweenFamilies) {
   EXPECT_EQ(family({zeros("12:8400:1")}, 8), "yolov8");
   EXPECT_EQ(family({zeros("12:8400:1")}, 7), "yolox");
