@@ -265,8 +265,7 @@ uint64_t ConnectionAcceptor::refused() const {
   return refused_;
 }
 
-std::optional<ConnectionAcceptor::Traffic> ConnectionAcceptor::read_traffic(
-    const Connection& connection) {
+std::optional<Traffic> ConnectionAcceptor::read_traffic(const Connection& connection) {
   tcp_info info{};
   socklen_t size = sizeof info;
   if (getsockopt(connection.socket.get(), IPPROTO_TCP, TCP_INFO, &info, &size) != 0)
@@ -274,20 +273,15 @@ std::optional<ConnectionAcceptor::Traffic> ConnectionAcceptor::read_traffic(
   return Traffic{info.tcpi_bytes_received, info.tcpi_bytes_acked};
 }
 
-// A client may also send a little for what it receives: frames that open the window of an answer.
-bool ConnectionAcceptor::is_costly(Connection* connection) const {
-  constexpr uint64_t kIdleBytes = 1 << 20, kAnswerPart = 64;
-  const Traffic now = read_traffic(*connection).value_or(Traffic{});
+bool ConnectionAcceptor::is_costly(Connection* connection, Clock::time_point now) const {
+  const Traffic traffic = read_traffic(*connection).value_or(Traffic{});
   if (std::exchange(connection->had_message, false)) {
-    connection->traffic = now;
+    connection->cost.restart(traffic, now);
     connection->calls_then = connection->calls;
     return false;
   }
-  // With a quarter more for the frames around the messages.
   const uint64_t messages = std::min(limits_.message_bytes * connection->calls_then, limits_.bytes);
-  const uint64_t answers = (now.acknowledged - connection->traffic.acknowledged) / kAnswerPart;
-  return now.received - connection->traffic.received >
-         kIdleBytes + messages + messages / 4 + answers;
+  return connection->cost.is_too_high(traffic, messages, now);
 }
 
 // The thread forgets it when it sees the end.
@@ -380,7 +374,7 @@ void ConnectionAcceptor::refuse_silent_and_costly() {
   next_look_ = now + std::chrono::milliseconds(kLookMs);
   for (auto& [name, connection] : connections_) {
     const bool is_silent = !connection.is_known && connection.accepted + limits_.first_call <= now;
-    const bool costs = is_costly(&connection);
+    const bool costs = is_costly(&connection, now);
     if (costs) networks_[connection.network].barred_until = now + kBarred;
     if (is_silent || costs) refuse(&connection);
   }

@@ -22,6 +22,7 @@
 #include <utility>
 #include <vector>
 
+#include "net/server/connection_cost.hpp"
 #include "net/server/listener.hpp"
 
 namespace weir::net {
@@ -64,10 +65,8 @@ struct ConnectionLimits {
 // A connection belongs to gRPC. This has a second descriptor of its socket, through which it sees
 // the end of the connection, and ends it: gRPC shuts a socket down before it closes it.
 //
-// gRPC keeps what belongs to no message, such as headers that never end, in memory without a
-// limit. So a connection ends when it has received more than a message since its last call or
-// message. The same holds for calls that clients reset. After a connection that cost too much, its
-// address must wait until it may connect again.
+// A connection ends when it has received more than its messages explain (ConnectionCost), and when
+// a client resets too many calls. Its address must wait then until it may connect again.
 class ConnectionAcceptor {
  public:
   // Called with each connection on a thread of the acceptor; owns the descriptor from then on.
@@ -96,9 +95,6 @@ class ConnectionAcceptor {
 
  private:
   using Clock = std::chrono::steady_clock;
-  struct Traffic {
-    uint64_t received = 0, acknowledged = 0;  // bytes, without those of TCP
-  };
   struct Connection {
     Socket socket;
     std::string network;
@@ -107,8 +103,8 @@ class ConnectionAcceptor {
     bool is_refused = false;
     bool had_message = false;  // or a call, since the last look
     uint32_t calls = 0;        // that have not ended
+    ConnectionCost cost;
     // At the last look with one. A call that ends without its message leaves what it received.
-    Traffic traffic;
     uint32_t calls_then = 0;
   };
   using Connections = std::unordered_multimap<std::string, Connection>;  // by the names of peers
@@ -122,7 +118,7 @@ class ConnectionAcceptor {
   bool bind_port(const ListenOptions& options);
   bool bind_path(const ListenOptions& options);
   static std::optional<Traffic> read_traffic(const Connection& connection);
-  bool is_costly(Connection* connection) const;
+  bool is_costly(Connection* connection, Clock::time_point now) const;
   void refuse(Connection* connection);
   void bar(const std::string& network);
   // The thread's.

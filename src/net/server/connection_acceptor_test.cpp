@@ -31,6 +31,52 @@ TEST(PeerName, HasTheHostAndWhatItsOwnerHasOneOf) {
   EXPECT_EQ(plain_peer_name("ipv4:127.0.0.1:50000"), "ipv4:127.0.0.1:50000");
 }
 
+// What one connection costs over time, at a look each quarter of a second.
+class Cost {
+ public:
+  // Receives and acknowledges so many bytes from one look to the next. False: too much.
+  bool look(uint64_t received, uint64_t acknowledged) {
+    now_ += std::chrono::milliseconds(250);
+    traffic_.received += received;
+    traffic_.acknowledged += acknowledged;
+    return !cost_.is_too_high(traffic_, 0, now_);
+  }
+  bool pass(std::chrono::hours time, uint64_t received, uint64_t acknowledged) {
+    constexpr int kLooks = 4 * 3600;
+    for (int64_t i = 0; i < time.count() * kLooks; ++i)
+      if (!look(received, acknowledged)) return false;
+    return true;
+  }
+
+ private:
+  ConnectionCost::Time now_ = std::chrono::steady_clock::now();
+  Traffic traffic_;
+  ConnectionCost cost_;
+};
+
+constexpr uint64_t kPing = 17, kPingTls = 39;  // bytes on the wire
+
+TEST(ConnectionCost, AClientThatOnlyPingsGoesOnForYears) {
+  Cost slow;
+  for (int i = 0; i < 2 * 365 * 24 * 360; ++i)  // one each ten seconds, as of this server
+    ASSERT_TRUE(slow.look(kPingTls, kPingTls)) << "after " << i << " pings";
+  Cost fast;  // ten a second, the most that gRPC allows here
+  EXPECT_TRUE(fast.pass(std::chrono::hours(100), 3 * kPingTls, 3 * kPingTls));
+}
+
+TEST(ConnectionCost, AFloodOfPingsEnds) {
+  Cost flood;
+  EXPECT_FALSE(flood.pass(std::chrono::hours(1), 1000 * kPing, 1000 * kPing));
+}
+
+TEST(ConnectionCost, BytesWithoutAnAnswerAreNotForgotten) {
+  Cost slow;  // headers that never end, while it answers the pings of this server
+  EXPECT_FALSE(slow.pass(std::chrono::hours(20), 20, 1));
+  Cost after_a_response;  // of 100 MB
+  EXPECT_TRUE(after_a_response.look(0, 100'000'000));
+  EXPECT_FALSE(after_a_response.look(3 << 20, 0));
+}
+
 class Accepting : public ::testing::Test {
  protected:
   void listen(const ListenOptions& options) {
