@@ -4,6 +4,7 @@
 #include <poll.h>
 #include <sys/eventfd.h>
 
+#include <cerrno>
 #include <chrono>
 #include <cstdint>
 #include <functional>
@@ -47,8 +48,10 @@ class Monitor {
   // waited for.
   void stop() noexcept { eventfd_write(stop_.get(), 1); }
   bool stopped() const noexcept { return is_readable(stop_.get()); }
-  // Readable after stop(); valid as long as this object.
+  // Readable after stop(); valid as long as this object. -1 if there was no descriptor for it: then
+  // no model opens.
   int stop_descriptor() const noexcept { return stop_.get(); }
+  int stop_error() const noexcept { return stop_error_; }  // the errno of that
 
   // Sets a function called for each end of a worker, on the thread that noticed it; an empty one
   // removes it.
@@ -88,6 +91,7 @@ class Monitor {
   }
 
   const io::Descriptor stop_{eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)};
+  const int stop_error_ = stop_ ? 0 : errno;
   mutable std::mutex mutex_;  // guards the rest
   MonitorCounts counts_;
   Confinement confinement_;

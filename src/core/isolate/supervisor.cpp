@@ -5,20 +5,26 @@
 #include <sys/eventfd.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <iterator>
 
 namespace weir::isolate {
 
-Supervisor::Supervisor(WorkerSettings settings, OnCrash on_crash, std::shared_ptr<Monitor> monitor)
+Supervisor::Supervisor(WorkerSettings settings, OnCrash on_crash, std::shared_ptr<Monitor> monitor,
+                       io::Descriptor cancel)
     : settings_(std::move(settings)),
       on_crash_(on_crash),
       monitor_(std::move(monitor)),
-      cancel_(eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)) {}
+      cancel_(std::move(cancel)) {}
 
 Result<std::unique_ptr<Supervisor>> Supervisor::start(WorkerSettings settings, OnCrash on_crash,
                                                       std::shared_ptr<Monitor> monitor) {
+  io::Descriptor cancel(eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK));
+  if (!cancel) return not_started("eventfd", errno);
+  // Nothing could end a wait for this worker.
+  if (monitor->stop_descriptor() < 0) return not_started("eventfd", monitor->stop_error());
   std::unique_ptr<Supervisor> made(
-      new Supervisor(std::move(settings), on_crash, std::move(monitor)));
+      new Supervisor(std::move(settings), on_crash, std::move(monitor), std::move(cancel)));
   made->thread_ = std::thread([self = made.get()] { self->run(); });
   std::unique_lock lock(made->mutex_);
   made->changed_.wait(lock, [&] { return made->state_ != State::Starting; });
@@ -31,7 +37,7 @@ Supervisor::~Supervisor() {
     std::lock_guard lock(mutex_);
     stopping_ = true;
   }
-  if (cancel_) eventfd_write(cancel_.get(), 1);
+  eventfd_write(cancel_.get(), 1);
   changed_.notify_all();
   if (thread_.joinable()) thread_.join();
 }

@@ -16,7 +16,7 @@ namespace weir::isolate {
 // All functions are called by one thread at a time.
 class Supervisor {
  public:
-  // Waits for the first worker.
+  // Waits for the first worker. Errors: as of Worker::start().
   static Result<std::unique_ptr<Supervisor>> start(WorkerSettings settings, OnCrash on_crash,
                                                    std::shared_ptr<Monitor> monitor);
   ~Supervisor();
@@ -37,7 +37,8 @@ class Supervisor {
  private:
   enum class State { Starting, Ready, Gone };
 
-  Supervisor(WorkerSettings settings, OnCrash on_crash, std::shared_ptr<Monitor> monitor);
+  Supervisor(WorkerSettings settings, OnCrash on_crash, std::shared_ptr<Monitor> monitor,
+             io::Descriptor cancel);
   void run();
   void wait_for_start(std::unique_lock<std::mutex>* lock);
   void start_one();
@@ -48,7 +49,7 @@ class Supervisor {
   const WorkerSettings settings_;
   const OnCrash on_crash_;
   const std::shared_ptr<Monitor> monitor_;
-  io::Descriptor cancel_;  // an eventfd, readable when this object is destroyed
+  const io::Descriptor cancel_;  // an eventfd, readable when this object is destroyed
   std::shared_ptr<const WorkerModelInfo> facts_;  // written before start() returns
 
   std::mutex mutex_;  // guards the rest

@@ -1,6 +1,7 @@
 // Tests workers that end, hang or violate the protocol: error texts, counts and policies.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <signal.h>
+#include <sys/resource.h>
 #include <sys/wait.h>
 
 #include <cstdlib>
@@ -223,6 +224,19 @@ TEST_F(WorkerEnd, AStopEndsTheWaitForANewWorker) {
   ASSERT_FALSE(next);
   EXPECT_EQ(next.error().code, Code::CANCELLED);
   EXPECT_EQ(counts().restarted, 4u);
+}
+
+// Nothing could end the wait for a worker.
+TEST_F(WorkerEnd, WithoutADescriptorForTheStopNoneStarts) {
+  rlimit before{};
+  getrlimit(RLIMIT_NOFILE, &before);
+  const rlimit none{0, before.rlim_max};
+  setrlimit(RLIMIT_NOFILE, &none);
+  isolation_.monitor = std::make_shared<Monitor>();
+  setrlimit(RLIMIT_NOFILE, &before);
+  const auto status = open();
+  EXPECT_REFUSED(status, WORKER_NOT_STARTED, "offered: eventfd: Too many open files");
+  EXPECT_SAYS(status.error().message(), "fix: ulimit -n");
 }
 
 TEST_F(WorkerEnd, BetweenFramesLosesNoFrame) {

@@ -28,14 +28,6 @@ namespace {
 
 constexpr int kSocketInWorker = 3;
 
-Error not_started(const std::string& step, int number) {
-  return Error{.code = Code::WORKER_NOT_STARTED,
-               .what = "the worker process of a model could not be started",
-               .offered = step + ": " + std::strerror(number),
-               .needed = "the program weir-worker, a free process, free file descriptors",
-               .fix = "make install, or WEIR_WORKER=/path/to/weir-worker"};
-}
-
 // The arguments of posix_spawn, freed at the end of the scope.
 struct SpawnSettings {
   posix_spawn_file_actions_t actions;
@@ -75,6 +67,16 @@ std::string exit_text(const siginfo_t& info) {
 }
 
 }  // namespace
+
+Error not_started(const std::string& step, int number) {
+  return Error{.code = Code::WORKER_NOT_STARTED,
+               .what = "the worker process of a model could not be started",
+               .offered = step + ": " + std::strerror(number),
+               .needed = "the program weir-worker, a free process, free file descriptors",
+               .fix = number == EMFILE
+                          ? "ulimit -n $(ulimit -Hn), in the shell that starts the program"
+                          : "make install, or WEIR_WORKER=/path/to/weir-worker"};
+}
 
 std::string WorkerProcess::program() {
   const char* named = environment_variable("WEIR_WORKER");

@@ -13,6 +13,9 @@
 
 namespace weir::isolate {
 
+// WORKER_NOT_STARTED: what failed, with its errno.
+Error not_started(const std::string& step, int number);
+
 class WorkerProcess {
  public:
   // The program: the environment variable WEIR_WORKER, or the installed path.
