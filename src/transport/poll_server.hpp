@@ -18,6 +18,7 @@
 
 #include "core/io/deadline.hpp"
 #include "core/io/descriptor.hpp"
+#include "transport/accept_pause.hpp"
 #include "transport/wake_event.hpp"
 #include "weir/result.hpp"
 
@@ -105,19 +106,14 @@ class PollServer {
 
  private:
   static constexpr int kMaxAccepted = 64;  // in one turn
-  // Until the next attempt to accept a peer, or to serve any, after one failed.
-  static constexpr auto kPause = std::chrono::milliseconds(100);
 
   static Error out_of_resources(std::string what, std::string reason) {
     return Error{.code = Code::OUT_OF_MEMORY,
                  .what = std::move(what),
                  .offered = std::move(reason),
                  .needed = "free memory and file descriptors",
-                 .fix =
-                     "ulimit -n $(ulimit -Hn), in the shell that starts the program, or fewer "
-                     "programs on this machine"};
+                 .fix = kOutOfResourcesFix};
   }
-  // A peer that waits while no descriptor is free makes the listener readable all the time.
   void accept_peers() {
     for (int i = 0; listening() >= 0 && i < kMaxAccepted; ++i) {
       errno = 0;
@@ -128,13 +124,13 @@ class PollServer {
         add(std::move(socket));
         continue;
       }
-      if (reason != EMFILE && reason != ENFILE && reason != ENOBUFS && reason != ENOMEM) {
+      if (!is_out_of_resources(reason)) {
         accepts_at_ = std::nullopt;
         return;
       }
       if (!accepts_at_)
         refusals_.push_back(out_of_resources("no peer can be accepted", std::strerror(reason)));
-      accepts_at_ = io::deadline_in(kPause);
+      accepts_at_ = io::deadline_in(kAcceptPause);
       return;
     }
   }
@@ -216,7 +212,7 @@ class PollServer {
   void serve() noexcept {
     while (!is_stopping() && !serve_many()) {
       pollfd stopped{wake_->descriptor(), POLLIN, 0};
-      poll(&stopped, 1, io::poll_timeout(io::deadline_in(kPause)));
+      poll(&stopped, 1, io::poll_timeout(io::deadline_in(kAcceptPause)));
       wake_->clear();
     }
   }

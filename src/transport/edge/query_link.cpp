@@ -9,12 +9,14 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <cstring>
 #include <utility>
 
 #include "core/text/text.hpp"
 #include "core/wire/edge_metadata.hpp"
 #include "core/wire/peer_error.hpp"
 #include "machine/loopback.hpp"
+#include "transport/accept_pause.hpp"
 
 namespace weir::edge {
 namespace {
@@ -190,8 +192,9 @@ bool QueryLink::is_of_server(int socket) const {
 
 Status QueryLink::confirm(const io::Deadline& deadline) {
   if (auto status = send_host_info(); !status) return status;
+  Pause pause;
   for (;;) {
-    const auto accepted = accept_server(deadline);
+    const auto accepted = accept_server(deadline, &pause);
     if (!accepted) return accepted.error();
     if (*accepted) break;
   }
@@ -199,25 +202,43 @@ Status QueryLink::confirm(const io::Deadline& deadline) {
   return ok();
 }
 
-Result<bool> QueryLink::accept_server(const io::Deadline& deadline) {
-  pollfd watched[] = {
-      {requests_->socket(), POLLIN, 0}, {options_.cancel, POLLIN, 0}, {listener_.get(), POLLIN, 0}};
-  const int ready = poll(watched, 3, io::poll_timeout(deadline));
+Result<bool> QueryLink::accept_server(const io::Deadline& deadline, Pause* pause) {
+  const bool is_paused = pause->until && !io::is_over(pause->until);
+  pollfd watched[] = {{requests_->socket(), POLLIN, 0},
+                      {options_.cancel, POLLIN, 0},
+                      {is_paused ? -1 : listener_.get(), POLLIN, 0}};
+  const auto next = is_paused ? io::earlier(deadline, pause->until) : deadline;
+  const int ready = poll(watched, 3, io::poll_timeout(next));
   if (ready > 0 && watched[1].revents) return cancelled();
-  if (ready > 0 && watched[2].revents) {
-    Descriptor socket = accept_from(listener_.get());
-    if (!socket || !is_of_server(socket.get())) return false;
-    responses_ = std::make_unique<MessageConnection>(std::move(socket), wire::Side::ClientOnB,
-                                                     options_.limits, requests_->form());
-    return true;
-  }
-  if (ready > 0)
+  if (ready > 0 && watched[2].revents) accept_waiting(pause);
+  if (responses_) return true;
+  if (ready > 0 && watched[0].revents)
     if (auto status = check_handshake(); !status) return status.error();
   if (!io::is_over(deadline)) return false;
+  return not_connected(*pause);
+}
+
+void QueryLink::accept_waiting(Pause* pause) {
+  *pause = {};
+  errno = 0;
+  Descriptor socket = accept_from(listener_.get());
+  const int reason = errno;
+  if (!socket && transport::is_out_of_resources(reason))
+    *pause = {io::deadline_in(transport::kAcceptPause), reason};
+  if (socket && is_of_server(socket.get()))
+    responses_ = std::make_unique<MessageConnection>(std::move(socket), wire::Side::ClientOnB,
+                                                     options_.limits, requests_->form());
+}
+
+Error QueryLink::not_connected(const Pause& pause) const {
+  const std::string reason = "no connection to " + listener_address().to_string() + " in time";
+  if (pause.reason != 0)
+    return unreachable(options_, "the connection of the query server cannot be accepted",
+                       reason + ": " + std::strerror(pause.reason), transport::kOutOfResourcesFix);
   return unreachable(
       options_,
       "the query server did not connect to the client, which it must do to send its answers",
-      "no connection to " + listener_address().to_string() + " in time", kHostFix);
+      reason, kHostFix);
 }
 
 // Whether the server has given up instead of connecting.

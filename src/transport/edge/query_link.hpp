@@ -97,8 +97,15 @@ class QueryLink {
   Result<wire::EdgeMessage> wait_for_greeting(const io::Deadline& deadline);
   Status send_host_info();
   wire::HostAddress listener_address() const;
+  // When to accept again after there was no descriptor for the server, and why there was none.
+  struct Pause {
+    io::Deadline until{};
+    int reason = 0;
+  };
   // True when the server has connected.
-  Result<bool> accept_server(const io::Deadline& deadline);
+  Result<bool> accept_server(const io::Deadline& deadline, Pause* pause);
+  void accept_waiting(Pause* pause);
+  Error not_connected(const Pause& pause) const;
   bool is_of_server(int socket) const;
   Status check_handshake();
   Result<End> read_ready(bool has_requests, bool has_responses);

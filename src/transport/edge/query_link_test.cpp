@@ -4,6 +4,9 @@
 #include "transport/edge/query_link.hpp"
 
 #include <gtest/gtest.h>
+#include <sys/resource.h>
+
+#include <ctime>
 
 #include "becomes.hpp"
 #include "says.hpp"
@@ -387,6 +390,40 @@ TEST_F(EdgeQuery, AServerThatCannotConnectBackIsNamed) {
   const auto status = (*link)->confirm(io::deadline_in(60s));
   EXPECT_REFUSED(status, SERVER_REFUSED, "ended the handshake");
   EXPECT_SAYS(status.error().message(), "localhost:");
+}
+
+// The connection of the server makes the listener readable all the time.
+TEST_F(EdgeQuery, PausesWhileThereIsNoDescriptorForTheServer) {
+  rlimit before{};
+  getrlimit(RLIMIT_NOFILE, &before);
+  ScriptedServer server([&](auto& s) {
+    s.accept();
+    s.greet("A", "B");
+    sockaddr_in address{};
+    address.sin_family = AF_INET;
+    address.sin_port = htons(wire::parse_host_address(s.read_address())->port);
+    inet_pton(AF_INET, "127.0.0.1", &address.sin_addr);
+    s.responses = io::Descriptor(socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0));
+    const rlimit none{4, before.rlim_max};  // enough for the sockets that a poll() waits for
+    setrlimit(RLIMIT_NOFILE, &none);
+    const auto* const generic = reinterpret_cast<const sockaddr*>(&address);
+    EXPECT_EQ(connect(s.responses.get(), generic, sizeof address), 0);
+    s.wait_for_the_end_of_the_test();
+  });
+  const auto link = QueryLink::connect(options(server));
+  ASSERT_TRUE(link);
+  const auto get_time = [](clockid_t clock) {
+    timespec time{};
+    clock_gettime(clock, &time);
+    return std::chrono::seconds(time.tv_sec) + std::chrono::nanoseconds(time.tv_nsec);
+  };
+  const auto began = get_time(CLOCK_MONOTONIC), worked = get_time(CLOCK_THREAD_CPUTIME_ID);
+  const auto status = (*link)->confirm(io::deadline_in(350ms));
+  EXPECT_LT(get_time(CLOCK_THREAD_CPUTIME_ID) - worked, (get_time(CLOCK_MONOTONIC) - began) / 2);
+  setrlimit(RLIMIT_NOFILE, &before);
+  EXPECT_REFUSED(status, SERVER_UNREACHABLE, "in time: Too many open files");
+  EXPECT_SAYS(status.error().message(), "fix: ulimit -n");
+  EXPECT_TRUE((*link)->confirm(io::deadline_in(60s))) << "the connection still waits";
 }
 
 // Class 7.
