@@ -1,6 +1,11 @@
 // Clients that break the protocol, or use it against the server: the classes of
 // docs/compatibility/edge-wire.md 10.6, by their numbers there.
 // SPDX-License-Identifier: LGPL-2.1-or-later
+#include <arpa/inet.h>
+#include <ifaddrs.h>
+#include <net/if.h>
+#include <netinet/in.h>
+
 #include <set>
 #include <thread>
 
@@ -281,6 +286,49 @@ TEST_F(HostileClient, Class6ClientsThatAskKeepTheirPlaces) {
   expect_places_kept(1);
   EXPECT_EQ(respond(request), Sent::Queued);
   EXPECT_EQ(first.response(), (std::vector<Bytes>{from_text("a")}));
+}
+
+// An address of this machine that others reach, which the limit for one address holds for.
+std::string find_own_address() {
+  ifaddrs* all = nullptr;
+  if (getifaddrs(&all) != 0) return "";
+  std::string out;
+  for (const ifaddrs* at = all; at; at = at->ifa_next) {
+    if (!at->ifa_addr || at->ifa_addr->sa_family != AF_INET || (at->ifa_flags & IFF_LOOPBACK))
+      continue;
+    char text[INET_ADDRSTRLEN] = "";
+    inet_ntop(AF_INET, &reinterpret_cast<const sockaddr_in*>(at->ifa_addr)->sin_addr, text,
+              sizeof text);
+    out = text;
+  }
+  freeifaddrs(all);
+  return out;
+}
+
+// One that comes and finds no place for its address takes none from a client of another one.
+TEST_F(HostileClient, Class6OneThatIsRefusedSendsNoSilentClientAway) {
+  const std::string host = find_own_address();
+  if (host.empty()) GTEST_SKIP() << "this machine has only loopback addresses";
+  open(
+      {.host = "0.0.0.0", .client = {.timeout = kTimeout}, .max_clients = 3, .max_per_address = 2});
+  const auto connect = [&] { return RawClient(listener_->port(), HeaderForm::Bytes2088, host); };
+  auto silent = connected();
+  std::vector<RawClient> busy;
+  std::vector<std::shared_ptr<Request>> requests;
+  for (int i = 0; i < 2; ++i) {
+    busy.push_back(connect());
+    busy.back().connect();
+    busy.back().request({from_text("a")});
+    requests.push_back(listener_->take());
+  }
+  ASSERT_TRUE(clients_become(3));
+  const auto end = std::chrono::steady_clock::now() + 3 * kTimeout;
+  while (std::chrono::steady_clock::now() < end) connect().a.rest();
+  EXPECT_TRUE(is_refused("3 clients are already connected (property max-connections)"));
+  EXPECT_EQ(listener_->counts().clients, 3u);
+  silent.request({from_text("b")});
+  respond_once();
+  EXPECT_EQ(silent.response(), (std::vector<Bytes>{from_text("b")}));
 }
 
 // Because the requests of its address have too many bytes.

@@ -100,11 +100,14 @@ class RawEnd {
 
 class RawClient {
  public:
-  explicit RawClient(uint16_t port, HeaderForm form = HeaderForm::Bytes2088) : form_(form) {
-    auto made = connect_to("localhost", port, io::deadline_in(kTestTime), -1);
+  // Connects to an address of this machine, and from it.
+  explicit RawClient(uint16_t port, HeaderForm form = HeaderForm::Bytes2088,
+                     const std::string& host = "localhost")
+      : form_(form) {
+    auto made = connect_to(host, port, io::deadline_in(kTestTime), -1);
     EXPECT_TRUE(made);
     if (made) a = RawEnd(*std::move(made));
-    auto listening = listen_on("localhost", 0);
+    auto listening = listen_on(host, 0);
     EXPECT_TRUE(listening);
     if (listening) listener_ = *std::move(listening);
   }
@@ -186,7 +189,7 @@ class RawClient {
 class EdgeQuery : public ::testing::Test {
  protected:
   void open(ListenerOptions options = {}) {
-    options.host = "localhost";
+    if (options.host.empty()) options.host = "localhost";
     options.refused = [this](const Error& error) {
       const std::lock_guard lock(mutex_);
       reasons_ += error.message() + "\n";
