@@ -13,6 +13,11 @@ Status check_plain_connection(GstElement* element, const transport::Endpoint& en
   return ok();
 }
 
+Status check_plain_server(GstElement* element, const transport::Endpoint& endpoint) {
+  if (auto status = transport::check_server_is_allowed(endpoint); !status) return status;
+  return check_plain_connection(element, endpoint);
+}
+
 Result<transport::BrokerOptions> open_options(GstElement* element, const EdgeBroker& broker) {
   if (broker.port == 0)
     return Error{.code = Code::OPTION_VALUE,

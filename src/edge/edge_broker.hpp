@@ -25,6 +25,8 @@ Result<transport::BrokerOptions> open_options(GstElement* element, const EdgeBro
 
 // Posts the warning, or returns the error, of a connection in NNStreamer's protocol without TLS.
 Status check_plain_connection(GstElement* element, const transport::Endpoint& endpoint);
+// The same for a server that the element is about to connect to, which `allow` must name.
+Status check_plain_server(GstElement* element, const transport::Endpoint& endpoint);
 
 // Connects to the broker for an element that listens on `host` and `port`, whose address the broker
 // keeps from announce() on. `host` may be "" or 0.0.0.0: all addresses of this machine. Warns of an

@@ -14,6 +14,8 @@ Result<net::TensorServiceOptions> GrpcSettings::options(const MessageCodec& code
       .port = static_cast<uint32_t>(port),
       .insecure = insecure,
       .allow = allow};
+  if (!server)
+    if (auto status = transport::check_server_is_allowed(endpoint); !status) return status.error();
   auto warning = transport::check_old_protocol(endpoint, config::Configuration::load());
   if (!warning) return warning.error();
   if (*warning) gst::post_warning(element, **warning);

@@ -26,7 +26,7 @@ struct GrpcSettings {
 
   // The connection as the properties describe it. Posts a warning on `element` for another machine
   // without encryption, and later with what degrades the stream. CONNECTION_INSECURE and
-  // OPTION_VALUE as of transport::check_old_protocol().
+  // OPTION_VALUE as of transport::check_old_protocol() and check_server_is_allowed().
   Result<net::TensorServiceOptions> options(const MessageCodec& codec, GstElement* element) const;
 };
 

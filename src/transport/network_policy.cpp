@@ -113,6 +113,22 @@ Status check_allow_list(std::string_view allow) {
   return ok();
 }
 
+Status check_server_is_allowed(const Endpoint& endpoint) {
+  const auto names_this_machine = [&] {
+    const auto names = {"localhost", "127.0.0.1", "::1"};
+    return std::any_of(names.begin(), names.end(),
+                       [&](const char* name) { return is_allowed(endpoint.allow, name); });
+  };
+  if (auto status = check_allow_list(endpoint.allow); !status) return status;
+  if (is_allowed(endpoint.allow, endpoint.host)) return ok();
+  if (is_loopback(endpoint.host) && names_this_machine()) return ok();
+  return Error{.code = Code::CONNECTION_INSECURE,
+               .what = "the property allow does not name the server",
+               .offered = "connecting to " + endpoint.to_string() + " with allow=" + endpoint.allow,
+               .needed = "its host name as it is given, its address, or a network with its address",
+               .fix = "allow=" + endpoint.allow + "," + endpoint.host};
+}
+
 Status check_own_protocol(const Endpoint& endpoint) {
   if (!is_exposed(endpoint) || endpoint.insecure) return ok();
   return insecure_error(endpoint, "TLS, or insecure=true on a network that you trust",

@@ -33,6 +33,11 @@ bool is_allowed(std::string_view allow, std::string_view peer);
 // that is not empty and has no entries.
 Status check_allow_list(std::string_view allow);
 
+// CONNECTION_INSECURE for a server that `allow` does not name. A network contains addresses, not
+// host names; any name of this machine stands for the others. OPTION_VALUE as of
+// check_allow_list().
+Status check_server_is_allowed(const Endpoint& endpoint);
+
 // Protocols of Weir. CONNECTION_INSECURE for another machine without TLS and without `insecure`.
 Status check_own_protocol(const Endpoint& endpoint);
 

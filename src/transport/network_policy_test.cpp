@@ -55,6 +55,28 @@ TEST(NetworkPolicy, RejectsEntriesThatNameNothing) {
   EXPECT_SAYS(check_allow_list(",").error().message(), "offered: allow=\",\"");
 }
 
+TEST(NetworkPolicy, ServersMustBeInTheList) {
+  const auto check = [](const char* host, const char* allow) {
+    Endpoint endpoint = to(host);
+    endpoint.allow = allow;
+    return check_server_is_allowed(endpoint);
+  };
+  EXPECT_TRUE(check("camera.local", ""));
+  EXPECT_TRUE(check("camera.local", "10.0.0.0/8,camera.local"));
+  EXPECT_TRUE(check("10.1.2.3", "10.0.0.0/8"));
+  const auto status = check("11.1.2.3", "10.0.0.0/8");
+  EXPECT_REFUSED(status, CONNECTION_INSECURE, "the property allow does not name the server");
+  EXPECT_SAYS(status.error().message(),
+              "offered: connecting to 11.1.2.3:1883 with allow=10.0.0.0/8");
+  EXPECT_SAYS(status.error().message(), "fix: allow=10.0.0.0/8,11.1.2.3");
+  EXPECT_FALSE(check("camera.local", "10.0.0.0/8"));
+  for (const char* host : {"localhost", "127.0.0.1", "[::1]"}) {
+    EXPECT_FALSE(check(host, "10.0.0.0/8")) << host;
+    for (const char* allow : {"localhost", "127.0.0.0/8", "::1"})
+      EXPECT_TRUE(check(host, allow)) << host << " " << allow;
+  }
+}
+
 TEST(NetworkPolicy, OwnProtocolsNeedTlsForOtherMachines) {
   EXPECT_TRUE(check_own_protocol(to("127.0.0.1")));
   Endpoint broker = to("broker.example");

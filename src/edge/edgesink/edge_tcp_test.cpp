@@ -337,6 +337,13 @@ TEST(EdgeTcp, OtherMachinesAreAWarning) {
   EXPECT_SAYS(start_error("edgesink host=0.0.0.0 port=0 allow=a/b/c"), "allow");
 }
 
+TEST(EdgeTcp, ConnectsOnlyToAnEdgesinkThatAllowNames) {
+  const auto out = make_harness("edgesink port=0");
+  const std::string source = "edgesrc dest-port=" + std::to_string(get_port(out));
+  EXPECT_SAYS(start_error(source + " allow=10.0.0.0/8"), "fix: allow=10.0.0.0/8,localhost");
+  EXPECT_EQ(start_error(source + " allow=127.0.0.0/8"), "");
+}
+
 TEST(EdgeTcp, AnEdgesinkThatIsNotThereIsNamed) {
   const auto out = make_harness("edgesink port=0");
   const guint port = get_port(out);

@@ -211,11 +211,8 @@ class Edgesrc : public gst::Element<Edgesrc, gst::PushSource> {
 
   Status check_network(const std::string& host, uint32_t port) const {
     const Settings s = settings();
-    return check_plain_connection(element(), {.role = transport::Role::Connects,
-                                              .host = host,
-                                              .port = port,
-                                              .insecure = s.insecure,
-                                              .allow = s.allow});
+    return check_plain_server(
+        element(), {.host = host, .port = port, .insecure = s.insecure, .allow = s.allow});
   }
 
   Result<transport::BrokerOptions> broker(const Settings& s) const {

@@ -17,10 +17,11 @@ class QueryClientBroker : public BrokerTest {
     return "tensor_query_client port=0 connect-type=HYBRID dest-host=127.0.0.1 dest-port=" +
            broker_.port_text() + " topic=objects " + more;
   }
-  std::unique_ptr<ServerAnnouncement> announce(uint16_t port, const std::string& id) const {
+  std::unique_ptr<ServerAnnouncement> announce(uint16_t port, const std::string& id,
+                                               const std::string& host = "127.0.0.1") const {
     weir::transport::BrokerOptions options;
     options.port = broker_.port();
-    auto out = ServerAnnouncement::open(options, id, "objects", {"127.0.0.1", port});
+    auto out = ServerAnnouncement::open(options, id, "objects", {host, port});
     EXPECT_TRUE(out) << (out ? "" : out.error().message());
     return out ? *std::move(out) : nullptr;
   }
@@ -142,6 +143,26 @@ TEST_F(QueryClientBroker, ASilentServerDoesNotHang) {
   const auto h = make_harness(client(), four_bytes());
   Errors errors(h);
   EXPECT_EQ(ask(h), 2);
+}
+
+// Everyone who may use the broker can announce an address.
+TEST_F(QueryClientBroker, AServerThatAllowDoesNotNameIsLeftOut) {
+  const auto other = announce(1, "1", "192.0.2.77");
+  const Harness h{gst_harness_new_parse(client("timeout=60000 allow=127.0.0.1").c_str())};
+  Errors errors(h);
+  gst_harness_play(h.get());
+  std::thread streams([&] {
+    gst_harness_set_src_caps_str(h.get(), four_bytes().c_str());
+    EXPECT_EQ(ask(h), 2);
+  });
+  std::string warning;
+  EXPECT_TRUE(
+      becomes_true([&] { return !(warning = errors.next_warning()).empty(); }, "a warning"));
+  EXPECT_SAYS(warning, "the property allow does not name the server");
+  EXPECT_SAYS(warning, "offered: connecting to 192.0.2.77:1 with allow=127.0.0.1");
+  const ScriptedServer server(adds(2));
+  const auto announcement = announce(server.port(), "2");
+  streams.join();
 }
 
 TEST_F(QueryClientBroker, ALostServerIsReplacedByAnother) {

@@ -254,17 +254,21 @@ class TensorQueryClient : public gst::PlainFilter<TensorQueryClient> {
     retry_ = kFirstRetry;
     next_try_ = {};
     server_ = {{}, {s.dest_host, static_cast<uint16_t>(s.dest_port)}, 0};
-    if (auto status = check_network(transport::Role::Listens, s.host, s.port); !status)
+    if (auto status = check_plain_connection(element(), {.role = transport::Role::Listens,
+                                                         .host = s.host,
+                                                         .port = s.port,
+                                                         .insecure = s.insecure,
+                                                         .allow = s.allow});
+        !status)
       return status;
     if (s.connect_type == QueryConnectType::Hybrid) return open_finder(s);
-    return check_network(transport::Role::Connects, s.dest_host, s.dest_port);
+    return check_server(s.dest_host, s.dest_port);
   }
 
-  Status check_network(transport::Role role, const std::string& host, uint32_t port) const {
+  Status check_server(const std::string& host, uint32_t port) const {
     const Settings s = settings();
-    return check_plain_connection(
-        element(),
-        {.role = role, .host = host, .port = port, .insecure = s.insecure, .allow = s.allow});
+    return check_plain_server(
+        element(), {.host = host, .port = port, .insecure = s.insecure, .allow = s.allow});
   }
 
   Status open_finder(const Settings& s) {
@@ -304,7 +308,7 @@ class TensorQueryClient : public gst::PlainFilter<TensorQueryClient> {
   }
   Status connect_to_announced() {
     const auto& [host, port] = server_.address;
-    auto status = check_network(transport::Role::Connects, host, port);
+    auto status = check_server(host, port);
     return status ? connect_to_server(kServerTime) : status;
   }
 

@@ -285,6 +285,12 @@ TEST(TensorQueryClient, OtherMachinesAreAWarning) {
   EXPECT_SAYS(start_error("tensor_query_client dest-host=192.0.2.1 allow=a/b/c"), "allow");
 }
 
+TEST(TensorQueryClient, ConnectsOnlyToServersThatAllowNames) {
+  EXPECT_SAYS(start_error("tensor_query_client dest-host=192.0.2.1 allow=10.0.0.0/8"),
+              "fix: allow=10.0.0.0/8,192.0.2.1");
+  EXPECT_EQ(start_error("tensor_query_client dest-host=192.0.2.1 allow=192.0.2.0/24"), "");
+}
+
 TEST(TensorQueryClient, ABufferBeforeCapsIsAnError) {
   EXPECT_SAYS(error_before_caps("tensor_query_client"), "before caps");
 }

@@ -208,6 +208,8 @@ TEST(TensorSinkGrpcAlone, ReportsPropertiesThatCannotBeUsed) {
   EXPECT_SAYS(port, "fix: port=0");
   EXPECT_SAYS(start_error("tensor_sink_grpc server=true host=no.such.name.invalid"), "WEIR-1004");
   EXPECT_SAYS(start_error("tensor_sink_grpc allow=1.2.3"), "an entry of the property allow");
+  EXPECT_SAYS(start_error("tensor_sink_grpc allow=192.0.2.0/24"),
+              "the property allow does not name the server");
 }
 
 TEST(TensorSinkGrpcAlone, StopsWhileItWaitsForAServer) {
