@@ -5,9 +5,10 @@
  * Functions that return int return 0 on success and -code (codes.h) on failure, with *error set to
  * an object for weir_error_free unless `error` is NULL; a value above 0 where documented. After an
  * element has posted an error on the bus, every call fails with it until weir_pipeline_stop, except
- * weir_pipeline_read_message. Pointers must not be NULL unless documented; for a NULL pointer
- * functions return -WEIR_OPTION_VALUE, a count of 0, a time of -1, or "". Times are in ns, -1 =
- * none.
+ * weir_pipeline_read_message; the first error with a code of Weir takes the place of one that
+ * GStreamer's elements posted before. Pointers must not be NULL unless documented; for a NULL
+ * pointer functions return -WEIR_OPTION_VALUE, a count of 0, a time of -1, or "". Times are in ns,
+ * -1 = none.
  *
  * Any thread may call. A callback must not wait for itself: weir_pipeline_stop fails with CANCELLED
  * on every streaming thread of the pipeline (frame and state functions, custom filters, conditions,

@@ -35,15 +35,15 @@ std::string quoted(const std::string& message) {
 
 }  // namespace
 
-Error to_error(GstMessage* message) {
+BusError to_error(GstMessage* message) {
   const std::string element = GST_MESSAGE_SRC_NAME(message);
   auto posted = gst::read_posted_error(message);
   if (!posted.known)
-    return Error{.code = to_code(*posted.original),
-                 .what = element + ": " + printable_text(posted.original->message),
-                 .offered = printable_text(posted.debug)};
+    return {.error = {.code = to_code(*posted.original),
+                      .what = element + ": " + printable_text(posted.original->message),
+                      .offered = printable_text(posted.debug)}};
   posted.known->what = element + ": " + posted.known->what;
-  return *std::move(posted.known);
+  return {.error = *std::move(posted.known), .has_code = true};
 }
 
 Error parse_error(const GError& error, const char* text) {

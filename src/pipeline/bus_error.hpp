@@ -7,9 +7,13 @@
 
 namespace weir::pipeline {
 
-// From a warning or an error: Weir's own errors keep all parts, others are mapped by domain. `what`
-// contains the element's name.
-Error to_error(GstMessage* message);
+struct BusError {
+  Error error;            // `what` contains the element's name
+  bool has_code = false;  // false: another element posted it, and the code is that of its domain
+};
+
+// From a warning or an error. Weir's own errors keep all parts.
+BusError to_error(GstMessage* message);
 // From gst_parse_launch().
 Error parse_error(const GError& error, const char* text);
 

@@ -7,7 +7,6 @@
 #include "core/timer/deadline.hpp"
 #include "gstcpp/element/elements.hpp"
 #include "gstcpp/element/error.hpp"
-#include "pipeline/bus_error.hpp"
 #include "pipeline/element_access.hpp"
 
 namespace weir::pipeline {
@@ -157,7 +156,7 @@ void Pipeline::handle(GstMessage* message) {
   switch (GST_MESSAGE_TYPE(message)) {
     case GST_MESSAGE_ERROR:
     case GST_MESSAGE_WARNING:
-      return keep({GST_MESSAGE_TYPE(message) == GST_MESSAGE_ERROR, to_error(message)});
+      return keep(GST_MESSAGE_TYPE(message) == GST_MESSAGE_ERROR, to_error(message));
     case GST_MESSAGE_STATE_CHANGED:
       return is_own ? took_state(message) : void();
     case GST_MESSAGE_STREAM_STATUS:
@@ -221,13 +220,12 @@ void Pipeline::took_stream_status(GstMessage* message) {
   if (type == GST_STREAM_STATUS_TYPE_LEAVE) streaming_threads_.erase(std::this_thread::get_id());
 }
 
-void Pipeline::keep(Message message) {
-  const bool is_error = message.is_error;
+void Pipeline::keep(bool is_error, BusError posted) {
   {
     std::lock_guard lock(mutex_);
-    if (is_error && !error_) error_ = message.error;
+    if (is_error && (!error_ || (posted.has_code && !error_->has_code))) error_ = posted;
     if (messages_.size() == kMaxMessages) messages_.pop_front();
-    messages_.push_back(std::move(message));
+    messages_.push_back({is_error, std::move(posted.error)});
     changed_.notify_all();
   }
   if (!is_error) return;
@@ -253,7 +251,7 @@ void Pipeline::took_state(GstMessage* message) {
 
 std::optional<Error> Pipeline::failed() const {
   std::lock_guard lock(mutex_);
-  return error_;
+  return error_ ? std::optional(error_->error) : std::nullopt;
 }
 
 Status Pipeline::change(GstState state) {
@@ -316,7 +314,7 @@ Result<WaitResult> Pipeline::wait(std::chrono::nanoseconds limit) {
     changed_.wait_until(lock, *time, over);
   else
     changed_.wait(lock, over);
-  if (error_) return *error_;
+  if (error_) return error_->error;
   if (stops_ != stops) return not_started();
   return ended_ ? WaitResult::Done : WaitResult::TimePassed;
 }

@@ -17,6 +17,7 @@
 
 #include "core/infer/queue/call_gate.hpp"
 #include "pipeline/allowed_elements.hpp"
+#include "pipeline/bus_error.hpp"
 #include "pipeline/frame_sink.hpp"
 #include "pipeline/frame_source.hpp"
 
@@ -83,7 +84,7 @@ class Pipeline {
   };
   static GstBusSyncReply on_message(GstBus* bus, GstMessage* message, gpointer link);
   void handle(GstMessage* message);
-  void keep(Message message);
+  void keep(bool is_error, BusError posted);
   void call_later(void (*function)(Pipeline&));
   void select_clock();
   void follow(GstState state);  // that an element asks for
@@ -112,7 +113,8 @@ class Pipeline {
   std::atomic<GstState> reported_state_ = GST_STATE_READY;
   mutable std::mutex mutex_;  // guards the rest
   std::condition_variable changed_;
-  std::optional<Error> error_;    // the first since start
+  // The first since start with a code of Weir's, or the first: others follow from one with a code.
+  std::optional<BusError> error_;
   std::deque<Message> messages_;  // not read; the newest
   bool ended_ = false;
   uint64_t stops_ = 0;                           // number of stop() calls

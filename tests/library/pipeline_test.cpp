@@ -385,6 +385,36 @@ TEST(Pipeline, AFunctionThatThrowsEndsTheStreamWithItsMessage) {
   EXPECT_REFUSED(p.wait(kLong), CALLBACK_FAILED, "out: the callback for frames failed: no more");
 }
 
+// Errors of other elements follow from one of Weir's, also where they come first.
+TEST(Pipeline, FailsWithTheErrorThatHasACode) {
+  ASSERT_TRUE(gst_init_check(nullptr, nullptr, nullptr));
+  GstElement* made = gst_parse_launch("appsrc name=in ! tensor_sink name=out", nullptr);
+  ASSERT_TRUE(made);
+  GstElement* source = gst_bin_get_by_name(GST_BIN(made), "in");
+  {
+    auto p = Pipeline::adopt(made);
+    ASSERT_TRUE(p) << p.error().message();
+    ASSERT_TRUE(p->on_frame("out", [&](const Frame&) {
+      GST_ELEMENT_ERROR(source, STREAM, FAILED, ("what follows"), (nullptr));
+      throw std::runtime_error("the cause");
+    }));
+    ASSERT_TRUE(p->start());
+    ASSERT_TRUE(p->push("in", span({1}), {.shape = {1}}));
+    std::vector<std::string> posted;
+    const auto come = [&] {
+      while (const auto message = p->read_message()) posted.push_back(message->error.what);
+      return posted.size() >= 2;
+    };
+    ASSERT_TRUE(becomes_true(come, "two errors"));
+    EXPECT_EQ(posted[0], "in: what follows");
+    EXPECT_REFUSED(p->wait(kLong), CALLBACK_FAILED,
+                   "out: the callback for frames failed: the cause");
+    ASSERT_TRUE(p->stop());
+    EXPECT_TRUE(p->start()) << "no error is left";
+  }
+  gst_object_unref(source);
+}
+
 TEST(Pipeline, ReturnsWarningsAsMessages) {
   Pipeline p = started(
       "appsrc name=in ! tensor_filter name=nn framework=fake model=/proc/self/comm ! "

@@ -31,7 +31,10 @@ class PictureRun {
   Status play() {
     const Status status = play_all();
     warn();
-    return status ? check_complete() : status;
+    if (status) return check_complete();
+    // The cause may have been posted after an error that follows from it.
+    const auto ended = pipeline_.ended(kSink);
+    return ended ? status : ended.error();
   }
 
  private:
