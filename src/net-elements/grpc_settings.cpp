@@ -26,6 +26,8 @@ Result<net::TensorServiceOptions> GrpcSettings::options(const MessageCodec& code
   out.port = static_cast<uint32_t>(port);
   out.server = server;
   out.max_bytes = max_message;
+  out.max_connections = max_connections;
+  out.max_address_connections = max_connections_per_address;
   if (!allow.empty())
     out.allows = [list = allow](const std::string& peer) {
       return transport::is_allowed(list, peer);

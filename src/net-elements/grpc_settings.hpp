@@ -21,6 +21,8 @@ struct GrpcSettings {
   int port = 55115;
   uint32_t queue = 16;
   uint64_t max_message = uint64_t{64} << 20;
+  uint32_t max_connections = net::TensorServiceOptions().max_connections;
+  uint32_t max_connections_per_address = net::TensorServiceOptions().max_address_connections;
   bool insecure = false;
   std::string allow;
 
@@ -42,6 +44,11 @@ inline constexpr std::tuple kGrpcProperties{
                   gst::Changeable::InReady, 0, 65535},
     gst::Property{"max-message", &GrpcSettings::max_message, "Maximum size of a message in bytes",
                   gst::Changeable::InReady, 1024u, 2147483647u},
+    gst::Property{"max-connections", &GrpcSettings::max_connections,
+                  "With server=true: maximum number of connections with calls in progress; more "
+                  "are refused; 0 = no limit"},
+    gst::Property{"max-connections-per-address", &GrpcSettings::max_connections_per_address,
+                  "As max-connections, for one address; 0 = no limit"},
     gst::Property{"insecure", &GrpcSettings::insecure,
                   "Allow connections to other machines although weir.ini has [network] "
                   "require-tls=true; requires allow"},

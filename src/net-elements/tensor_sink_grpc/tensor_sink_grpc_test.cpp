@@ -252,5 +252,28 @@ TEST(TensorSinkGrpcAlone, ServesOnlyWhomItAllows) {
   EXPECT_SAYS(error, "this server does not allow your address (allow)");
 }
 
+TEST(TensorSinkGrpcAlone, ServesSoManyConnections) {
+  for (const std::string limit : {"max-connections", "max-connections-per-address"}) {
+    const Harness sink = served_sink(limit + "=1");
+    const Harness source = make_source(sink);
+    ASSERT_TRUE(wait_for_stat(sink, kSink, "peers", 1));
+    const Harness other = make_harness("tensor_src_grpc server=false" + get_port(sink, kSink));
+    Errors errors(other);
+    gst_harness_play(other.get());
+    std::string error;
+    ASSERT_TRUE(becomes_true([&] { return !(error = errors.next()).empty(); }, "an error"));
+    EXPECT_SAYS(error, "(" + limit + ")");
+    EXPECT_EQ(gst_harness_push(sink.get(), six_bytes(1)), GST_FLOW_OK);
+    EXPECT_EQ(pulled_bytes(source)[0], 1u) << "the first one is served";
+  }
+}
+
+TEST(TensorSinkGrpcAlone, ServesManyConnectionsWithoutALimit) {
+  const Harness sink = served_sink("max-connections=0 max-connections-per-address=0");
+  std::vector<Harness> sources;
+  for (int i = 0; i < 33; ++i) sources.push_back(make_source(sink));
+  EXPECT_TRUE(wait_for_stat(sink, kSink, "peers", 33));
+}
+
 }  // namespace tensor_sink_grpc_test
 }  // namespace weir::test

@@ -22,7 +22,7 @@ namespace {
 
 constexpr std::chrono::milliseconds kEndOfCalls{500};
 constexpr std::chrono::seconds kRequestWait{10};  // of RecvTensors
-constexpr AdmissionLimits kLimits{.streams = 8, .connections = 32, .address_connections = 16};
+constexpr uint32_t kMaxStreams = 8;               // of one connection
 constexpr int kMaxMetadataBytes = 16 << 10, kHandshakeMs = 2000, kIdleMs = 300'000;
 constexpr int kUnreadBytes = 64 << 10;            // that a client may send before a read
 constexpr size_t kMaxMemory = size_t{512} << 20;  // for what is received and not taken
@@ -33,7 +33,7 @@ grpc::ByteBuffer make_message(const std::string& bytes) {
 
 // What limits the clients.
 struct Guards {
-  Admission admission{kLimits};
+  Admission admission;
   std::unique_ptr<ConnectionAcceptor> connections;  // set before calls come
 };
 
@@ -183,9 +183,9 @@ ListenOptions listen_options(const TensorServiceOptions& options) {
   out.host = options.host;
   out.port = options.port;
   out.max_bytes = options.max_bytes;
-  out.max_requests = kLimits.streams;
-  out.max_connections = kLimits.connections;
-  out.max_address_connections = kLimits.address_connections;
+  out.max_requests = kMaxStreams;
+  out.max_connections = options.max_connections;
+  out.max_address_connections = options.max_address_connections;
   return out;
 }
 
@@ -218,6 +218,10 @@ class Server final : public TensorEndpoint, grpc::CallbackGenericService {
         incoming_(incoming),
         empty_(options.empty),
         method_(method_path(options, outgoing ? kRecvTensors : kSendTensors)),
+        guards_{Admission(AdmissionLimits{.streams = kMaxStreams,
+                                          .connections = options.max_connections,
+                                          .address_connections = options.max_address_connections}),
+                nullptr},
         allows_(options.allows) {}
   Server(const Server&) = delete;
   Server& operator=(const Server&) = delete;

@@ -23,6 +23,8 @@ struct TensorServiceOptions {
   uint32_t port = 55115;  // a server's 0 = a free port
   bool server = false;
   size_t max_bytes = size_t{64} << 20;  // of one message
+  // Of a server, with calls in progress; 0 = no limit.
+  uint32_t max_connections = 32, max_address_connections = 16;
   // Whether a server accepts calls from this address; empty: from all.
   std::function<bool(const std::string& host)> allows;
   // Called on any thread with what degrades the stream: a server that cannot be reached, a peer
