@@ -295,6 +295,34 @@ TEST_P(QueryClientStops, Anywhere) {
 }
 INSTANTIATE_TEST_SUITE_P(QueryClientFaults, QueryClientStops, ::testing::Range(0, 5));
 
+// A live source pauses only when its caps have been taken.
+TEST(QueryClientFaults, APauseEndsTheHandshakeAndTheNextFrameBeginsAnother) {
+  weir::transport::WakeEvent reached;
+  ScriptedServer server([&](auto& s) {
+    s.until_closed([&] {
+      s.accept();
+      reached.set();
+      s.read();
+    });
+    handshake_and_echo_all(s);
+  });
+  const auto h = make_harness(client_of(server, "timeout=60000"));
+  Errors errors(h);
+  const auto element = find_element(h, kClient);
+  std::thread streams([&] {
+    gst_harness_push_event(h.get(), gst_event_new_stream_start("test"));
+    gst_harness_set_src_caps_str(h.get(), four_bytes().c_str());
+  });
+  pollfd watched{reached.descriptor(), POLLIN, 0};
+  EXPECT_EQ(poll(&watched, 1, 60'000), 1);
+  gst_element_set_state(element.get(), GST_STATE_PAUSED);
+  streams.join();
+  EXPECT_EQ(errors.next(), "");
+  gst_element_set_state(element.get(), GST_STATE_PLAYING);
+  ASSERT_EQ(push(h, 1), GST_FLOW_OK);
+  expect_response(h, 1);
+}
+
 TEST(QueryClientFaults, ItCanStartAgainAfterEachStop) {
   ScriptedServer server([](auto& s) {
     for (;;) handshake_and_echo_all(s);

@@ -3,6 +3,7 @@
 #include <atomic>
 #include <chrono>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <string>
 #include <utility>
@@ -154,23 +155,29 @@ class TensorQueryClient : public gst::PlainFilter<TensorQueryClient> {
 
   GstStateChangeReturn change_state(GstStateChange change) {
     if (change == GST_STATE_CHANGE_READY_TO_PAUSED) {
+      enter(Phase::Runs);
       interruption_.clear();
       if (auto status = start(); !status) {
         gst::post_error(element(), status.error());
         return GST_STATE_CHANGE_FAILURE;
       }
     }
-    if (change == GST_STATE_CHANGE_PAUSED_TO_READY) interruption_.set();
+    if (change == GST_STATE_CHANGE_PAUSED_TO_PLAYING) enter(Phase::Runs);
+    if (change == GST_STATE_CHANGE_PLAYING_TO_PAUSED) enter(Phase::Pauses);
+    if (change == GST_STATE_CHANGE_PAUSED_TO_READY) enter(Phase::Stops);
     return PlainFilter::change_state(change);
   }
 
   Status set_caps(GstCaps* caps) {
     if (input_caps_ && exchange_.is_connected() && gst_caps_is_equal(caps, input_caps_.get()))
       return ok();
-    deliver(settings().timeout > 0);
+    const bool may_wait = begin_negotiation();
+    deliver(may_wait && settings().timeout > 0);
     exchange_.close(DropReason::Lost);
     input_caps_ = Ref<GstCaps>::share(caps);
-    return connect_or_retry();
+    const Status status = may_wait ? connect_or_retry() : ok();  // else the next frame connects
+    end_negotiation();
+    return status;
   }
 
   GstFlowReturn chain(Ref<GstBuffer> buffer) {
@@ -245,6 +252,24 @@ class TensorQueryClient : public gst::PlainFilter<TensorQueryClient> {
   static constexpr milliseconds kMaxResponseTime{30'000};
   static constexpr milliseconds kFirstRetry{100}, kLastRetry{1000}, kHandshake{10'000},
       kRetryHandshake{2000}, kServerTime{1000};
+
+  enum class Phase : uint8_t { Runs, Pauses, Stops };
+  void enter(Phase phase) {
+    const std::lock_guard lock(phase_mutex_);
+    phase_ = phase;
+    if (phase == Phase::Stops || (phase == Phase::Pauses && is_negotiating_)) interruption_.set();
+    if (phase == Phase::Runs && is_negotiating_) interruption_.clear();
+  }
+  // Whether set_caps() may wait: a live source does not pause before its caps are set.
+  bool begin_negotiation() {
+    const std::lock_guard lock(phase_mutex_);
+    is_negotiating_ = phase_ != Phase::Pauses;
+    return is_negotiating_;
+  }
+  void end_negotiation() {
+    const std::lock_guard lock(phase_mutex_);
+    if (std::exchange(is_negotiating_, false) && phase_ == Phase::Pauses) interruption_.clear();
+  }
 
   Status start() {
     const Settings s = settings();
@@ -442,6 +467,9 @@ class TensorQueryClient : public gst::PlainFilter<TensorQueryClient> {
   }
 
   transport::WakeEvent interruption_;
+  std::mutex phase_mutex_;  // guards the next two
+  Phase phase_ = Phase::Runs;
+  bool is_negotiating_ = false;
   edge::RequestOutcomes outcomes_;
   std::atomic<uint64_t> reconnections_{0};
   // Streaming thread, or a change of state that has stopped it.
