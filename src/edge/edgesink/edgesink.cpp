@@ -189,10 +189,12 @@ class Edgesink : public gst::Element<Edgesink, gst::BaseSink> {
 
   gboolean unlock() {
     if (const auto output = current()) output->interrupt();
+    if (announcement_) announcement_->interrupt(true);
     return TRUE;
   }
   gboolean unlock_stop() {
     if (const auto output = current()) output->resume();
+    if (announcement_) announcement_->interrupt(false);
     return TRUE;
   }
 
@@ -241,7 +243,8 @@ class Edgesink : public gst::Element<Edgesink, gst::BaseSink> {
   // receiver gets them only when it connects.
   Status announce() {
     if (!announcement_ || announced_) return ok();
-    if (auto status = announcement_->announce(); !status) return status;
+    if (auto status = announcement_->announce(); !status)
+      return status.error().code == Code::CANCELLED ? ok() : status;  // the next buffer does it
     announced_ = true;
     GST_CAT_INFO_OBJECT(category(), element(), "announced %s",
                         announcement_->address().to_string().c_str());

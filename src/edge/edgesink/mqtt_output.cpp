@@ -8,7 +8,7 @@ namespace {
 
 using namespace std::chrono_literals;
 constexpr int kQos = 1;
-constexpr auto kPublishTime = 1s, kFlushTime = 10s, kWithdrawTime = 2s;
+constexpr auto kPublishTime = 1s, kFlushTime = 10s, kWithdrawTime = 1s;
 
 }  // namespace
 
@@ -24,12 +24,7 @@ Result<std::unique_ptr<BufferOutput>> MqttOutput::open(Options options) {
 }
 
 MqttOutput::~MqttOutput() {
-  client_->interrupt(false);
-  if (!client_->is_connected()) return;  // the broker publishes the will
-  if (client_->publish(
-          {.topic = topic_, .payload = {}, .qos = kQos, .retain = true, .properties = {}},
-          kWithdrawTime))
-    client_->flush(kWithdrawTime);
+  client_->remove_retained(topic_, kQos, kWithdrawTime);
 }
 
 Status MqttOutput::set_caps(GstCaps* caps) {

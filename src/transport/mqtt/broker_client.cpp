@@ -4,6 +4,7 @@
 #include <mqtt_protocol.h>
 #include <unistd.h>
 
+#include <chrono>
 #include <random>
 
 #include "transport/mqtt/broker_connection.hpp"
@@ -233,6 +234,15 @@ Status BrokerClient::keep_published(std::string topic, std::vector<std::byte> pa
                                     std::chrono::milliseconds timeout) {
   if (auto status = check_topic("topic", topic); !status) return status;
   return impl_->keep(std::move(topic), std::move(payload), qos, timeout);
+}
+void BrokerClient::remove_retained(const std::string& topic, int qos,
+                                   std::chrono::milliseconds timeout) {
+  interrupt(false);
+  if (!is_connected()) return;
+  const auto end = std::chrono::steady_clock::now() + timeout;
+  if (publish({.topic = topic, .payload = {}, .qos = qos, .retain = true, .properties = {}},
+              timeout))
+    flush(std::chrono::ceil<std::chrono::milliseconds>(end - std::chrono::steady_clock::now()));
 }
 bool BrokerClient::flush(std::chrono::milliseconds timeout) {
   return impl_->flush(timeout);

@@ -47,6 +47,9 @@ class BrokerClient {
   // it ends. Replaces the publication that was kept for that topic.
   Status keep_published(std::string topic, std::vector<std::byte> payload, int qos,
                         std::chrono::milliseconds timeout);
+  // Removes what the broker retains for `topic`, also after interrupt(true), waiting no longer than
+  // `timeout`. A broker that is gone publishes the will, or has forgotten the message.
+  void remove_retained(const std::string& topic, int qos, std::chrono::milliseconds timeout);
   // Waits until the broker has all messages. False when it took longer.
   bool flush(std::chrono::milliseconds timeout);
 

@@ -17,6 +17,7 @@
 #include "transport/edge/stream_socket.hpp"
 #include "transport/mqtt/broker_certificates.hpp"
 #include "transport/mqtt/broker_client.hpp"
+#include "transport/mqtt/server_discovery.hpp"
 
 namespace weir::transport {
 namespace hostile_broker_test {
@@ -279,6 +280,21 @@ TEST_F(HostileBrokerTest, WithTlsAMessageWithTooManyPropertiesEndsTheConnection)
   EXPECT_TRUE(becomes_true([&] { return client->counts().connections > 1; }, "a new connection"));
   ASSERT_FALSE(reports().empty());
   EXPECT_SAYS(reports()[0], "a message of the broker has too many properties");
+}
+
+// A stop of the element ends the wait.
+TEST_F(HostileBrokerTest, AnAnnouncementToASilentBrokerCanBeInterrupted) {
+  const ScriptedBroker broker(
+      [](const Connection& client) {
+        client.read();
+        client.send(from_hex("20 03 00 00 00"));
+      },
+      false);
+  const auto announcement =
+      ServerAnnouncement::connect(broker.options(), "1", "t", {"127.0.0.1", 9});
+  ASSERT_TRUE(announcement) << announcement.error().message();
+  (*announcement)->interrupt(true);
+  EXPECT_REFUSED((*announcement)->announce(), CANCELLED, "interrupted");
 }
 
 INSTANTIATE_TEST_SUITE_P(Connection, HostileBroker, ::testing::Bool(),

@@ -10,7 +10,7 @@ namespace {
 
 using namespace std::chrono_literals;
 constexpr int kQos = 1;
-constexpr auto kAnnounceTime = 5s, kWithdrawTime = 2s;
+constexpr auto kAnnounceTime = 5s, kConfirmTime = 1s, kWithdrawTime = 1s;
 
 }  // namespace
 
@@ -45,17 +45,12 @@ ServerAnnouncement::ServerAnnouncement(std::unique_ptr<BrokerClient> client, std
 Status ServerAnnouncement::announce() {
   auto status =
       client_->keep_published(topic_, wire::announcement_payload(address_), kQos, kAnnounceTime);
-  if (status) client_->flush(kAnnounceTime);
+  if (status) client_->flush(kConfirmTime);  // a broker that is slow gets it later
   return status;
 }
 
 ServerAnnouncement::~ServerAnnouncement() {
-  // A broker that is gone publishes the will, or has forgotten the address.
-  if (!client_->is_connected()) return;
-  if (client_->publish(
-          {.topic = topic_, .payload = {}, .qos = kQos, .retain = true, .properties = {}},
-          kWithdrawTime))
-    client_->flush(kWithdrawTime);
+  client_->remove_retained(topic_, kQos, kWithdrawTime);
 }
 
 Result<std::unique_ptr<ServerDirectory>> ServerDirectory::open(BrokerOptions options,

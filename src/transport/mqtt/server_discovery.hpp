@@ -31,9 +31,11 @@ class ServerAnnouncement {
                                                              const std::string& id,
                                                              const std::string& topic,
                                                              wire::HostAddress address);
-  // BROKER_UNREACHABLE.
+  // BROKER_UNREACHABLE; CANCELLED after interrupt(true).
   Status announce();
-  // Withdraws the address, waiting up to 2 s for the broker.
+  // Ends a call of announce() that waits, until it is called with false. Any thread.
+  void interrupt(bool interrupted) { client_->interrupt(interrupted); }
+  // Withdraws the address, waiting up to 1 s for the broker.
   ~ServerAnnouncement();
 
   const wire::HostAddress& address() const noexcept { return address_; }

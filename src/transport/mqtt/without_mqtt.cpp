@@ -35,6 +35,7 @@ Status BrokerClient::keep_published(std::string, std::vector<std::byte>, int,
                                     std::chrono::milliseconds) {
   return ok();
 }
+void BrokerClient::remove_retained(const std::string&, int, std::chrono::milliseconds) {}
 bool BrokerClient::flush(std::chrono::milliseconds) {
   return true;
 }
