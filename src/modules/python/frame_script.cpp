@@ -16,7 +16,7 @@ FrameScript::FrameScript(const Kind& kind, std::string path)
 
 FrameScript::~FrameScript() {
   const Locked lock;
-  const Object ended = std::move(script_);
+  unload_script(std::move(script_));
 }
 
 void FrameScript::throw_exception(Code code) {

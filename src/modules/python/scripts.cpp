@@ -21,6 +21,7 @@ TYPES = {numpy.dtype(name): number for number, name in enumerate(
      "uint64", "float16"))}
 DTYPES = {number: dtype for dtype, number in TYPES.items()}
 loaded = 0
+modules = {}  # name of the module of each script, by id() of its object
 
 names = types.ModuleType("nnstreamer_python")
 names.TensorShape = TensorShape
@@ -47,10 +48,15 @@ def load(path, class_name, *arguments):
             exec(compile(file.read(), path, "exec"), module.__dict__)
         if class_name not in module.__dict__:
             raise AttributeError(f"the script has no class {class_name}")
-        return module.__dict__[class_name](*arguments)
+        script = module.__dict__[class_name](*arguments)
     except BaseException:
         del sys.modules[module.__name__]
         raise
+    modules[id(script)] = module.__name__
+    return script
+
+def unload(script):
+    sys.modules.pop(modules.pop(id(script), None), None)
 
 def whole(number):
     value = int(number)
@@ -101,6 +107,14 @@ Result<Object> load_script(const std::string& path, const char* class_name,
   Error error = loaded.error();
   if (error.offered.empty()) error.offered = path;  // the error has no traceback into the script
   return error;
+}
+
+void unload_script(Object script) {
+  const auto names = script_names();
+  if (!names || !script) return;
+  std::vector<Object> arguments;
+  arguments.push_back(std::move(script));
+  static_cast<void>(call(*names, "unload", std::move(arguments), Code::INTERNAL));
 }
 
 }  // namespace weir::python

@@ -14,6 +14,9 @@ namespace weir::python {
 Result<Object> load_script(const std::string& path, const char* class_name,
                            std::vector<Object> arguments);
 
+// Releases what load_script() returned, and the module of the script. Call under Locked.
+void unload_script(Object script);
+
 // Returns our Python module's dict. Its to_tensor(shape) calls getType() and getDims() of an object
 // such as TensorShape, and returns (type number of abi.h, dimensions without trailing zeros) or
 // raises. It calls each method once, because a script may return something else the next time. Call

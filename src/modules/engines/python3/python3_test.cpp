@@ -392,5 +392,24 @@ TEST_F(Python3, DoesNotLeakReferences) {
       << "a leak would be seen";
 }
 
+// A program opens and closes the script of each pipeline that it runs.
+TEST_F(Python3, LeavesNoModuleWhenItIsClosed) {
+  const auto path =
+      write("counting", "import sys\n" + kHead +
+                            "  def getInputDim(self): return [TensorShape([1], np.float32)]\n"
+                            "  def getOutputDim(self): return [TensorShape([1], np.float64)]\n"
+                            "  def invoke(self, input_array):\n"
+                            "    return [np.array([sum(n.startswith('weir_script_') for n in "
+                            "sys.modules)], float)]\n");
+  Filter counting = opened(path);
+  const auto modules = [&] { return (*counting.invoke({floats({1})}))[0].as<double>()[0]; };
+  const double before = modules();
+  {
+    const Filter other = opened(path);
+    EXPECT_EQ(modules(), before + 1);
+  }
+  EXPECT_EQ(modules(), before);
+}
+
 }  // namespace python3_test
 }  // namespace weir::python_test

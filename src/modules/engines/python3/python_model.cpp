@@ -198,7 +198,8 @@ bool PythonModel::give_away(python::PyObject* array) const {
 
 PythonModel::~PythonModel() {
   const Locked lock;
-  const Object invoke = std::move(invoke_), script = std::move(script_);
+  const Object invoke = std::move(invoke_);
+  python::unload_script(std::move(script_));
 }
 
 void PythonModel::describe(weir_model_info* info) const {
