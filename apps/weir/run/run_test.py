@@ -227,7 +227,9 @@ class Run(Case):
 
     def test_errors_of_other_elements_come_with_their_details(self):
         done = weir("run", "videotestsrc ! identity name=weak error-after=2 ! fakesink")
-        self.refused(done, 1, "error from weak: ", "details: ", "Failed ")
+        self.refused(done, 1, "error from weak: Failed after iterations as requested.\n", "Failed ")
+        done = weir("run", f"multifilesrc name=weak location={self.folder}/no-%d ! fakesink")
+        self.refused(done, 1, "error from weak: ", "  details: Failed to open file ", "No such file or directory\n")
 
     def place(self, *words):
         """The output for a pipeline, and the pipeline's text from the caret on."""
