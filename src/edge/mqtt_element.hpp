@@ -23,11 +23,11 @@ class MqttElement : public gst::Element<Impl, Base> {
   }
   gboolean unlock() {
     interrupted_ = true;  // first: the streaming thread reads it when interrupt() wakes it
-    if (client_) client_->interrupt(true);
+    interrupt(true);
     return TRUE;
   }
   gboolean unlock_stop() {
-    if (client_) client_->interrupt(false);
+    interrupt(false);
     interrupted_ = false;
     return TRUE;
   }
@@ -58,6 +58,12 @@ class MqttElement : public gst::Element<Impl, Base> {
   std::atomic<bool> interrupted_{false};  // from unlock() to unlock_stop()
 
  private:
+  // A flush may come while the element starts or stops.
+  void interrupt(bool interrupted) const {
+    std::lock_guard lock(client_mutex_);
+    if (client_) client_->interrupt(interrupted);
+  }
+
   mutable std::mutex client_mutex_;  // guards client_ while it changes
   std::atomic<bool> base_epoch_valid_{false};
 };

@@ -12,11 +12,14 @@ namespace weir {
 template <class Impl, class Base, class Frames>
 class GrpcElement : public gst::Element<Impl, Base> {
  public:
+  // A flush may come while the element starts.
   gboolean unlock() {
+    std::lock_guard lock(frames_mutex_);
     if (frames_) frames_->interrupt();
     return TRUE;
   }
   gboolean unlock_stop() {
+    std::lock_guard lock(frames_mutex_);
     if (frames_) frames_->resume();
     return TRUE;
   }

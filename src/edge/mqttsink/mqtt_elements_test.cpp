@@ -4,6 +4,7 @@
 #include <thread>
 
 #include "edge/mqtt_elements_test_support.hpp"
+#include "elements/tests/flushed_start_test_support.hpp"
 
 namespace weir::test {
 namespace mqtt_elements_test {
@@ -227,6 +228,10 @@ TEST_F(MqttElements, ASourceThatStopsWhileItWaitsReportsNoError) {
     ASSERT_TRUE(p.reaches(GST_STATE_READY));
   }
   EXPECT_EQ(errors.next(), "");
+}
+
+TEST_F(MqttElements, ASourceStartsWhileItIsFlushed) {
+  start_while_flushed(source("sub-topic=silent"));
 }
 
 TEST_F(MqttElements, ReportsWhatCannotBeUsed) {

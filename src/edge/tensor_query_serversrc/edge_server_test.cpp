@@ -5,6 +5,7 @@
 #include <string>
 
 #include "core/tensor/tensor_header.hpp"
+#include "elements/tests/flushed_start_test_support.hpp"
 #include "elements/tests/pipeline_test_support.hpp"
 #include "gstcpp/buffer/query_meta.hpp"
 #include "transport/edge/query_client_test_support.hpp"
@@ -294,6 +295,10 @@ TEST_F(EdgeServer, ASourceThatStartsAgainServesWithTheSinkThatPlays) {
       EXPECT_EQ(exchange(&client, numbers({i, 2, 3, 4})), numbers({i, 2, 3, 4}));
     }
   }
+}
+
+TEST_F(EdgeServer, ASourceStartsWhileItIsFlushed) {
+  start_while_flushed("tensor_query_serversrc port=0");
 }
 
 TEST_F(EdgeServer, ThePortIsThatOfTheUserWhenItHasStopped) {

@@ -124,7 +124,8 @@ class TensorQueryServersrc : public gst::Element<TensorQueryServersrc, gst::Push
         pad(), GST_PAD_PROBE_TYPE_EVENT_DOWNSTREAM,
         [](GstPad*, GstPadProbeInfo* info, gpointer impl) {
           const auto* source = static_cast<TensorQueryServersrc*>(impl);
-          if (source->server_ && GST_EVENT_TYPE(GST_PAD_PROBE_INFO_EVENT(info)) == GST_EVENT_EOS)
+          // Others come on any thread.
+          if (GST_EVENT_TYPE(GST_PAD_PROBE_INFO_EVENT(info)) == GST_EVENT_EOS && source->server_)
             source->server_->close();
           return GST_PAD_PROBE_OK;
         },
@@ -238,11 +239,14 @@ class TensorQueryServersrc : public gst::Element<TensorQueryServersrc, gst::Push
     return GST_FLOW_FLUSHING;
   }
 
+  // A flush may come while the element starts.
   gboolean unlock() {
+    std::lock_guard lock(server_mutex_);
     if (server_) server_->interrupt();
     return TRUE;
   }
   gboolean unlock_stop() {
+    std::lock_guard lock(server_mutex_);
     if (server_) server_->resume();
     return TRUE;
   }

@@ -1,6 +1,7 @@
 // tensor_src_grpc with tensor_sink_grpc at the other end of a real connection: times, caps, ends,
 // clients whose messages cannot be used.
 // SPDX-License-Identifier: LGPL-2.1-or-later
+#include "elements/tests/flushed_start_test_support.hpp"
 #include "net-elements/grpc_test_support.hpp"
 
 namespace weir::test {
@@ -112,6 +113,10 @@ TEST(TensorSrcGrpc, StopsWhileItWaits) {
     EXPECT_TRUE(pipeline.reaches(GST_STATE_PAUSED));
     EXPECT_TRUE(pipeline.reaches(GST_STATE_NULL));
   }
+}
+
+TEST(TensorSrcGrpc, StartsWhileItIsFlushed) {
+  start_while_flushed("tensor_src_grpc port=0");
 }
 
 TEST(TensorSrcGrpc, ShowsTheWantedPortAgainAfterTheStop) {
