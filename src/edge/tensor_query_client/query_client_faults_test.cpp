@@ -264,6 +264,36 @@ TEST(QueryClientFaults, AFlushForgetsWhatWasAsked) {
   expect_response(h, 2);
 }
 
+// The order of the request and the flush is relaxed: the thread that flushes must read nothing that
+// the streaming thread wrote.
+TEST(QueryClientFaults, AFlushMayComeAfterTheConnectionOfAFrame) {
+  uint16_t port = 0;
+  {
+    const ScriptedServer absent([](auto&) {});
+    port = absent.port();
+  }
+  const auto h = make_harness(
+      "tensor_query_client port=0 reconnect=true timeout=60000 dest-port=" + std::to_string(port),
+      four_bytes());
+  std::atomic<bool> asked{false};
+  ScriptedServer server(
+      [&](auto& s) {
+        s.handshake(four_bytes(), four_bytes());
+        s.read();
+        asked.store(true, std::memory_order_relaxed);
+        s.ignore_all();
+      },
+      port);
+  std::thread streams([&] {
+    while (push(h, 1) == GST_FLOW_OK) {
+    }
+  });
+  EXPECT_TRUE(becomes_true([&] { return asked.load(std::memory_order_relaxed); }, "a request"));
+  gst_harness_push_event(h.get(), gst_event_new_flush_start());
+  streams.join();
+  EXPECT_EQ(client_stat(h, "sent"), 1u);
+}
+
 class QueryClientStops : public ::testing::TestWithParam<int> {};
 
 // The server stops after this many steps of the handshake.

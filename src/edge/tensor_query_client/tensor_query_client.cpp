@@ -219,7 +219,8 @@ class TensorQueryClient : public gst::PlainFilter<TensorQueryClient> {
     if (type == GST_EVENT_FLUSH_STOP) interruption_.clear();
     if (type == GST_EVENT_SEGMENT) deliver(settings().timeout > 0);
     const bool serialized = gst_event_type_get_flags(type) & GST_EVENT_TYPE_SERIALIZED;
-    if (output_caps_ || !serialized || type <= GST_EVENT_CAPS || type == GST_EVENT_FLUSH_STOP ||
+    // Others come on any thread.
+    if (!serialized || output_caps_ || type <= GST_EVENT_CAPS || type == GST_EVENT_FLUSH_STOP ||
         type == GST_EVENT_EOS)
       return false;
     early_.push(Ref<GstEvent>::adopt(event));

@@ -254,7 +254,8 @@ class TensorDecoder : public gst::CountedTransform<TensorDecoder> {
     }
     if (type == GST_EVENT_FLUSH_STOP || type == GST_EVENT_STREAM_START) early_.clear();
     const bool is_serialized = (gst_event_type_get_flags(type) & GST_EVENT_TYPE_SERIALIZED) != 0;
-    if (!waiting_ || !is_serialized || type == GST_EVENT_FLUSH_STOP ||
+    // Others come on any thread.
+    if (!is_serialized || !waiting_ || type == GST_EVENT_FLUSH_STOP ||
         type == GST_EVENT_STREAM_START)
       return false;
     if (type == GST_EVENT_EOS) return replay(), false;

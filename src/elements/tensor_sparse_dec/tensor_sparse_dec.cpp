@@ -66,7 +66,8 @@ class TensorSparseDec : public SparseFilter<TensorSparseDec> {
     if (type == GST_EVENT_FLUSH_STOP) early_.clear();
     if (type == GST_EVENT_EOS) early_.send(source_);
     const bool serialized = gst_event_type_get_flags(type) & GST_EVENT_TYPE_SERIALIZED;
-    if (pool_ || !serialized || type <= GST_EVENT_CAPS || type == GST_EVENT_FLUSH_STOP ||
+    // Others come on any thread.
+    if (!serialized || pool_ || type <= GST_EVENT_CAPS || type == GST_EVENT_FLUSH_STOP ||
         type == GST_EVENT_EOS)
       return false;
     early_.push(Ref<GstEvent>::adopt(event));

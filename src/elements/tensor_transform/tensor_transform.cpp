@@ -314,7 +314,7 @@ class TensorTransform : public gst::CountedTransform<TensorTransform> {
       return false;
     }
     const bool serialized = (gst_event_type_get_flags(type) & GST_EVENT_TYPE_SERIALIZED) != 0;
-    if (!waiting_ || !serialized) return false;
+    if (!serialized || !waiting_) return false;  // others come on any thread
     if (type == GST_EVENT_EOS) {
       replay();
       return false;
