@@ -92,18 +92,29 @@ void BrokerClient::Impl::on_publish(int number, int reason) {
 
 void BrokerClient::Impl::on_subscribe(int number, int granted) {
   std::lock_guard lock(mutex_);
-  granted_[number] = granted;
+  if (subscribing_ > 0) granted_[number] = granted;
   changed_.notify_all();
 }
 
 Status BrokerClient::Impl::subscribe(const std::string& filter, int qos) {
   if (auto status = check_topic_filter("topic", filter); !status) return status;
+  std::unique_lock lock(mutex_);
+  ++subscribing_;
+  auto status = request_subscription(&lock, filter, qos);
+  if (--subscribing_ == 0) granted_.clear();
+  if (status) subscriptions_.push_back({filter, qos});
+  return status;
+}
+
+Status BrokerClient::Impl::request_subscription(std::unique_lock<std::mutex>* lock,
+                                                const std::string& filter, int qos) {
+  lock->unlock();
   int number = 0;
   const int result = mosquitto_subscribe(client_.get(), &number, filter.c_str(), qos);
-  if (result != MOSQ_ERR_SUCCESS) return broker_unreachable(options_, mosquitto_strerror(result));
   wake_.set();
-  std::unique_lock lock(mutex_);
-  const bool answered = changed_.wait_for(lock, options_.connect_timeout, [&] {
+  lock->lock();
+  if (result != MOSQ_ERR_SUCCESS) return broker_unreachable(options_, mosquitto_strerror(result));
+  const bool answered = changed_.wait_for(*lock, options_.connect_timeout, [&] {
     return interrupted_ || !connected_ || granted_.count(number) > 0;
   });
   const auto granted = granted_.find(number);
@@ -113,8 +124,6 @@ Status BrokerClient::Impl::subscribe(const std::string& filter, int qos) {
   if (granted->second >= kNotGranted)
     return broker_refused(options_, "does not accept a subscription to " + filter,
                           mosquitto_reason_string(granted->second));
-  subscriptions_.push_back({filter, qos});
-  granted_.clear();
   return ok();
 }
 

@@ -76,6 +76,10 @@ class BrokerClient::Impl {
   void say_goodbye();
   void wait_for_wake(std::chrono::milliseconds time);
 
+  // Subscribes and waits for the broker's response, with the lock.
+  Status request_subscription(std::unique_lock<std::mutex>* lock, const std::string& filter,
+                              int qos);
+
   void set_callbacks();
   void on_connect(int code);
   void on_message(const mosquitto_message& message, const mosquitto_property* properties);
@@ -105,7 +109,8 @@ class BrokerClient::Impl {
   SentMessages sent_;
   BrokerCounts counts_;
   std::vector<Subscription> subscriptions_;
-  std::map<int, int> granted_;  // by the number of the request
+  size_t subscribing_ = 0;      // calls of subscribe() in progress
+  std::map<int, int> granted_;  // meanwhile, by the number of the request
   std::map<std::string, Kept> kept_;
 
   std::thread thread_;

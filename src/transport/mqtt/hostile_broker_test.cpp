@@ -272,6 +272,23 @@ TEST_F(HostileBrokerTest, WhatCameBeforeAnInvalidPacketArrives) {
   EXPECT_TRUE(becomes_true([&] { return reports().size() == 1; }, "a report"));
 }
 
+TEST_F(HostileBrokerTest, SubscriptionsOfTwoThreadsAreAcceptedAtOnce) {
+  const ScriptedBroker broker(
+      [](const Connection& client) {
+        client.read_until(1);
+        client.send(from_hex("20 03 00 00 00"));
+        client.read_until(8);
+        client.read_until(8);
+        client.send(from_hex("90 04 00 01 00 00 90 04 00 02 00 00"));
+      },
+      false);
+  const auto client = BrokerClient::open(broker.options());
+  ASSERT_TRUE(client);
+  std::thread other([&] { EXPECT_TRUE((*client)->subscribe("a", 0)); });
+  EXPECT_TRUE((*client)->subscribe("b", 0));
+  other.join();
+}
+
 // What is encrypted cannot be changed.
 TEST_F(HostileBrokerTest, WithTlsAMessageWithTooManyPropertiesEndsTheConnection) {
   const ScriptedBroker broker(accept_and_send(large_message()), true);
