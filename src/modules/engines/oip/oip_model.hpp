@@ -2,9 +2,9 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <atomic>
+#include <cstdint>
 #include <memory>
 #include <mutex>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -64,21 +64,23 @@ class OipModel {
   std::unique_ptr<net::ServerSet> servers_;  // last member: its thread uses the others
 };
 
+// Thread-safe: the server that answered is kept for each thread.
 class OipSession {
  public:
   static Result<std::unique_ptr<OipSession>> create(const OipModel& model,
                                                     std::span<const weir_option>) {
     return std::make_unique<OipSession>(model);
   }
-  explicit OipSession(const OipModel& model) : model_(model) {}
+  explicit OipSession(const OipModel& model);
   Status resolve(std::span<const weir_tensor_info> in, std::span<weir_tensor_info> out) const;
   // 0, or a weir_no_result.
   int invoke(const weir_frame& in, weir_frame& out);
-  const char* answered_by() const { return answered_ ? model_.get_address(*answered_) : nullptr; }
+  // Of the last invoke by the calling thread.
+  const char* answered_by() const;
 
  private:
   const OipModel& model_;
-  std::optional<size_t> answered_;  // the server of the last response
+  const uint64_t number_;  // among the sessions of the process
 };
 
 }  // namespace weir::engine

@@ -1,6 +1,7 @@
 // Sends frames to servers and takes their responses.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <algorithm>
+#include <atomic>
 #include <cstddef>
 #include <cstring>
 #include <optional>
@@ -190,6 +191,14 @@ const char* to_string(Outcome outcome) {
   }
 }
 
+// Several threads may invoke one session.
+struct LastAnswer {
+  uint64_t session = 0;
+  const char* server = nullptr;
+};
+thread_local LastAnswer last_answer;
+std::atomic<uint64_t> next_session{1};
+
 }  // namespace
 
 net::ServerSet::Ended OipModel::send(const weir_frame& in, const weir_frame& out,
@@ -252,6 +261,8 @@ void OipModel::report(const net::ServerSet::Ended& ended) const {
                             (ended.reply.message.empty() ? "" : ": " + ended.reply.message));
 }
 
+OipSession::OipSession(const OipModel& model) : model_(model), number_(next_session++) {}
+
 Status OipSession::resolve(std::span<const weir_tensor_info> in,
                            std::span<weir_tensor_info> out) const {
   if (auto status = check_infos(model_.inputs(), in, "input"); !status) return status;
@@ -267,9 +278,14 @@ int OipSession::invoke(const weir_frame& in, weir_frame& out) {
   if (auto status = check_inputs(model_.inputs(), get_tensors(in)); !status)
     throw Failure(status.error());
   size_t server = 0;
+  last_answer = {};
   const auto outcome = model_.request(in, out, &server);
-  answered_ = outcome == Outcome::Answered ? std::optional(server) : std::nullopt;
+  if (outcome == Outcome::Answered) last_answer = {number_, model_.get_address(server)};
   return to_result(outcome);
+}
+
+const char* OipSession::answered_by() const {
+  return last_answer.session == number_ ? last_answer.server : nullptr;
 }
 
 }  // namespace weir::engine

@@ -36,6 +36,20 @@ TEST(Oip, NegotiatesAndComputes) {
   EXPECT_EQ(result.shape, (std::vector<int64_t>{1, 4}));
 }
 
+TEST(Oip, NamesTheServerThatAnsweredTheCallingThread) {
+  PythonServer server;
+  OipEngine engine({server.address()});
+  ASSERT_EQ(engine.error().what, "");
+  ASSERT_EQ(engine.invoke(floats()).code, 0);
+  EXPECT_EQ(engine.answered_by(), server.address());
+  std::thread other([&] {
+    EXPECT_EQ(engine.answered_by(), "");
+    EXPECT_EQ(engine.invoke(floats()).code, 0);
+    EXPECT_EQ(engine.answered_by(), server.address());
+  });
+  other.join();
+}
+
 template <class T>
 void check_type(const char* name, uint32_t type, const std::vector<std::string>& more,
                 const std::string& contents) {

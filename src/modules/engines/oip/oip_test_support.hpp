@@ -196,6 +196,13 @@ class OipEngine {
     out.resize(calls ? calls->read(model_, out.data(), 8) : 0);
     return out;
   }
+  // "" if no server has answered the calling thread.
+  std::string answered_by() const {
+    const auto* calls =
+        static_cast<const weir_engine_servers*>(engine_.extension(WEIR_ENGINE_SERVERS));
+    const char* server = calls ? calls->answered_by(session_) : nullptr;
+    return server ? server : "";
+  }
 
  private:
   const weir_engine& engine_;
