@@ -271,12 +271,12 @@ TEST(EdgeTcp, DoTimestampGivesEveryBufferATime) {
   g_signal_connect(sink.get(), "handoff", G_CALLBACK(keep), &times);
   gst_element_set_state(pipeline.get(), GST_STATE_PAUSED);
   EXPECT_TRUE((*publisher)->wait_for_subscriber(std::nullopt));
-  const std::vector<std::byte> bytes(4);
-  EXPECT_TRUE((*publisher)->publish({bytes}, nullptr));
+  const auto bytes = std::make_shared<std::vector<std::byte>>(4);
+  EXPECT_TRUE((*publisher)->publish({*bytes}, bytes));
   EXPECT_EQ(gst_element_get_state(pipeline.get(), nullptr, nullptr, 60 * GST_SECOND),
             GST_STATE_CHANGE_SUCCESS);
   gst_element_set_state(pipeline.get(), GST_STATE_PLAYING);
-  for (int i = 0; i < 2; ++i) EXPECT_TRUE((*publisher)->publish({bytes}, nullptr));
+  for (int i = 0; i < 2; ++i) EXPECT_TRUE((*publisher)->publish({*bytes}, bytes));
   const auto bus = Ref<GstBus>::adopt(gst_element_get_bus(pipeline.get()));
   EXPECT_TRUE(Ref<GstMessage>::adopt(
       gst_bus_timed_pop_filtered(bus.get(), 60 * GST_SECOND, GST_MESSAGE_EOS)));
