@@ -19,7 +19,9 @@
 class NNS_EXPORT tensor_filter_cpp {
  public:
   explicit tensor_filter_cpp(const char* modelName);
-  virtual ~tensor_filter_cpp();  // releases the name if it is still registered
+  // Releases the name if it is still registered. Elements that use the object fail at their next
+  // frame; none may be in one of its functions.
+  virtual ~tensor_filter_cpp();
   tensor_filter_cpp(const tensor_filter_cpp&) = delete;
   tensor_filter_cpp& operator=(const tensor_filter_cpp&) = delete;
 

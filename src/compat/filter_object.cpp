@@ -5,6 +5,7 @@
 #include <deque>
 #include <map>
 #include <mutex>
+#include <vector>
 
 #include "compat/filter_model.hpp"
 #include "compat/registration.hpp"
@@ -16,15 +17,10 @@ using namespace weir::compat;
 
 // What the engine sets in an object, for each element that opens and closes it.
 struct weir_filter_object {
-  static void set_users(tensor_filter_cpp* filter, unsigned count) { filter->users_ = count; }
   static unsigned count_users(const tensor_filter_cpp& filter) { return filter.users_; }
-  static void open(tensor_filter_cpp* filter, const GstTensorFilterProperties* properties) {
-    ++filter->users_;
-    filter->prop = properties;
-  }
-  static void close(tensor_filter_cpp* filter, const GstTensorFilterProperties* properties) {
-    --filter->users_;
-    if (filter->prop == properties) filter->prop = nullptr;
+  static void add_users(tensor_filter_cpp* filter, unsigned count) { filter->users_ += count; }
+  static void set_properties(tensor_filter_cpp* filter, const GstTensorFilterProperties* value) {
+    filter->prop = value;
   }
 };
 
@@ -32,12 +28,14 @@ namespace {
 
 // An object serves all elements that name it, one call at a time.
 struct Object {
-  std::mutex turn;            // guards `filter`
-  tensor_filter_cpp* filter;  // null when it was destroyed
+  std::mutex turn;                                     // guards the rest
+  tensor_filter_cpp* filter;                           // null when it was destroyed
+  std::vector<const GstTensorFilterProperties*> open;  // of its elements, the last one opened last
 };
 struct Objects {
   std::mutex mutex;  // guards the rest
   std::map<std::string, std::shared_ptr<Object>, std::less<>> all;
+  std::map<const tensor_filter_cpp*, std::weak_ptr<Object>> living;  // also of those not in `all`
   std::deque<std::string> names;  // engine names, which outlive the objects
 };
 Objects& objects() {
@@ -66,11 +64,18 @@ class OpenObject final : public OpenFilter {
       : OpenFilter(std::move(properties)), object_(std::move(object)) {
     this->properties().choose_hardware({}, ACCL_AUTO, ACCL_DEFAULT, false);
     const std::lock_guard lock(object_->turn);
-    if (object_->filter) weir_filter_object::open(object_->filter, prop());
+    object_->open.push_back(prop());
+    if (!object_->filter) return;
+    weir_filter_object::add_users(object_->filter, 1);
+    weir_filter_object::set_properties(object_->filter, prop());
   }
   ~OpenObject() override {
     const std::lock_guard lock(object_->turn);
-    if (object_->filter) weir_filter_object::close(object_->filter, prop());
+    std::erase(object_->open, prop());
+    if (!object_->filter) return;
+    weir_filter_object::add_users(object_->filter, -1U);
+    weir_filter_object::set_properties(object_->filter,
+                                       object_->open.empty() ? nullptr : object_->open.back());
   }
   Known get_info(GstTensorsInfo* in, GstTensorsInfo* out) override {
     const int inputs = ask("getInputDim", [&](auto& f) { return f.getInputDim(in); });
@@ -135,7 +140,8 @@ int add(tensor_filter_cpp* filter, unsigned users) {
     name_of_entry = objects().names.emplace_back(name).c_str();
     auto object = std::make_shared<Object>();
     object->filter = filter;
-    weir_filter_object::set_users(filter, users);
+    weir_filter_object::add_users(filter, users);
+    objects().living[filter] = object;
     objects().all.emplace(name, std::move(object));
   }
   weir_error* error = nullptr;
@@ -153,13 +159,15 @@ tensor_filter_cpp::tensor_filter_cpp(const char* modelName)
 
 tensor_filter_cpp::~tensor_filter_cpp() {
   std::shared_ptr<Object> ours;
+  bool is_registered = false;
   {
     const std::lock_guard lock(objects().mutex);
-    const auto found = objects().all.find(name_);
-    if (found != objects().all.end() && found->second->filter == this) ours = found->second;
+    if (const auto found = objects().living.extract(this)) ours = found.mapped().lock();
+    const auto named = objects().all.find(name_);
+    is_registered = named != objects().all.end() && named->second == ours;
   }
+  if (is_registered) __unregister(name_);
   if (ours) {
-    __unregister(name_);
     const std::lock_guard lock(ours->turn);
     ours->filter = nullptr;
   }

@@ -59,9 +59,8 @@ gst::Ref<GstCaps> caps_after(GstAppSrc* source) {
   return gst::Ref<GstCaps>::adopt(gst_pad_peer_query_caps(pad.get(), nullptr));
 }
 
-bool is_rate_fixed(const GstStructure* structure) {
-  const GValue* rate = gst_structure_get_value(structure, "framerate");
-  return rate && gst_value_is_fixed(rate);
+bool is_tensor_stream(const GstStructure* structure) {
+  return g_str_has_prefix(gst_structure_get_name(structure), "other/tensor");
 }
 
 // The only caps that an element accepts, as a capsfilter, with 0/1 where it accepts any frame rate.
@@ -70,7 +69,7 @@ gst::Ref<GstCaps> only_caps(const GstCaps* accepted) {
   if (gst_caps_get_size(accepted) != 1) return {};
   auto out = gst::Ref<GstCaps>::adopt(gst_caps_copy(accepted));
   GstStructure* const only = gst_caps_get_structure(out.get(), 0);
-  const bool is_tensors = g_str_has_prefix(gst_structure_get_name(only), "other/tensor");
+  const bool is_tensors = is_tensor_stream(only);
   if (gst_structure_has_field(only, "framerate"))
     gst_structure_fixate_field_nearest_fraction(only, "framerate", 0, 1);
   else if (is_tensors)
@@ -79,32 +78,59 @@ gst::Ref<GstCaps> only_caps(const GstCaps* accepted) {
   return gst_caps_is_fixed(out.get()) && is_complete ? std::move(out) : gst::Ref<GstCaps>();
 }
 
-// Caps of the tensors, with the format and the frame rate that the next element insists on.
+// `is_single`: as other/tensor, which has one.
+GstStructure* static_structure(const std::vector<TensorSpec>& specs, bool is_single) {
+  const std::string shapes = join_shapes(specs), types = join_types(specs);
+  if (is_single)
+    return gst_structure_new("other/tensor", "dimension", G_TYPE_STRING, shapes.c_str(), "type",
+                             G_TYPE_STRING, types.c_str(), nullptr);
+  return gst_structure_new("other/tensors", "format", G_TYPE_STRING, "static", "num_tensors",
+                           G_TYPE_INT, static_cast<gint>(specs.size()), "dimensions", G_TYPE_STRING,
+                           shapes.c_str(), "types", G_TYPE_STRING, types.c_str(), nullptr);
+}
+
+// Caps of the tensors, with the name, the format and the frame rate that the next element insists
+// on.
 gst::Ref<GstCaps> tensor_caps(const std::vector<TensorSpec>& specs, const GstCaps* accepted) {
-  bool is_flexible = gst_caps_get_size(accepted) > 0;
-  const GstStructure* rated = nullptr;
+  bool is_flexible = true, is_single = specs.size() == 1;
+  gst::Ref<GstCaps> rated;  // the first structure of tensors
   for (guint i = 0; i < gst_caps_get_size(accepted); ++i) {
     const GstStructure* structure = gst_caps_get_structure(accepted, i);
+    if (!is_tensor_stream(structure)) continue;
     is_flexible &= g_strcmp0(gst_structure_get_string(structure, "format"), "flexible") == 0;
-    if (!rated && is_rate_fixed(structure)) rated = structure;
+    is_single &= gst_structure_has_name(structure, "other/tensor") != FALSE;
+    if (!rated) rated = gst::Ref<GstCaps>::adopt(gst_caps_copy_nth(accepted, i));
   }
-  auto out = gst::Ref<GstCaps>::adopt(
-      is_flexible
-          ? gst_caps_new_simple("other/tensors", "format", G_TYPE_STRING, "flexible", nullptr)
-          : gst_caps_new_simple("other/tensors", "format", G_TYPE_STRING, "static", "num_tensors",
-                                G_TYPE_INT, static_cast<gint>(specs.size()), "dimensions",
-                                G_TYPE_STRING, join_shapes(specs).c_str(), "types", G_TYPE_STRING,
-                                join_types(specs).c_str(), nullptr));
-  if (rated)
-    gst_caps_set_value(out.get(), "framerate", gst_structure_get_value(rated, "framerate"));
-  else
-    gst_caps_set_simple(out.get(), "framerate", GST_TYPE_FRACTION, 0, 1, nullptr);
-  return out;
+  GstStructure* const out =
+      rated && is_flexible
+          ? gst_structure_new("other/tensors", "format", G_TYPE_STRING, "flexible", nullptr)
+          : static_structure(specs, rated && is_single);
+  gst_structure_set(out, "framerate", GST_TYPE_FRACTION, 0, 1, nullptr);
+  if (rated) {
+    GstStructure* const first = gst_caps_get_structure(rated.get(), 0);
+    if (gst_structure_has_field(first, "framerate"))
+      gst_structure_fixate_field_nearest_fraction(first, "framerate", 0, 1);
+    const GValue* rate = gst_structure_get_value(first, "framerate");
+    if (rate && gst_value_is_fixed(rate)) gst_structure_set_value(out, "framerate", rate);
+  }
+  auto caps = gst::Ref<GstCaps>::adopt(gst_caps_new_empty());
+  gst_caps_append_structure(caps.get(), out);
+  return caps;
 }
 
 size_t count_bytes(std::span<const weir_tensor> tensors) {
   return std::accumulate(tensors.begin(), tensors.end(), size_t{0},
                          [](size_t sum, const weir_tensor& tensor) { return sum + tensor.bytes; });
+}
+
+std::vector<std::byte> join_bytes(std::span<const weir_tensor> tensors) {
+  std::vector<std::byte> out;
+  out.reserve(count_bytes(tensors));
+  for (const auto& tensor : tensors) {
+    const auto* const first = static_cast<const std::byte*>(tensor.data);
+    out.insert(out.end(), first, first + tensor.bytes);
+  }
+  return out;
 }
 
 }  // namespace
@@ -156,15 +182,20 @@ Result<gst::Ref<GstBuffer>> FrameSource::media_buffer(std::span<const weir_tenso
   if (gst_structure_has_name(gst_caps_get_structure(caps_.get(), 0), "video/x-raw") &&
       gst_video_info_from_caps(&video, caps_.get()) && bytes != video.size) {
     const size_t packed = picture_bytes_without_padding(video);
-    if (tensors.size() == 1 && bytes == packed)
-      return padded_picture(static_cast<const std::byte*>(tensors[0].data), video);
+    if (bytes == packed) return padded_picture(join_bytes(tensors).data(), video);
     return Error{.code = Code::FRAME_SIZE,
                  .what = "a picture's size does not match the caps of the appsrc",
                  .offered = std::to_string(bytes) + " bytes",
                  .needed = std::to_string(packed > 0 ? packed : video.size) +
                            " bytes: " + gst::UniqueText(gst_caps_to_string(caps_.get())).get()};
   }
-  return pushed_buffer(tensors, std::vector<TensorSpec>(tensors.size()), Format::Static);
+  if (tensors.size() <= kMemoryLimit)
+    return pushed_buffer(tensors, std::vector<TensorSpec>(tensors.size()), Format::Static);
+  std::vector<std::byte> joined = join_bytes(tensors);
+  weir_tensor one{};
+  one.data = joined.data();
+  one.bytes = joined.size();
+  return pushed_buffer({&one, 1}, std::vector<TensorSpec>(1), Format::Static);
 }
 
 void FrameSource::write_caps(const std::vector<TensorSpec>& specs) {
@@ -189,7 +220,13 @@ Result<gst::Ref<GstBuffer>> FrameSource::tensor_buffer(std::span<const weir_tens
                  .difference = "number of tensors"};
   std::vector<TensorSpec> specs;
   for (size_t i = 0; i < tensors.size(); ++i) {
-    auto spec = pushed_spec(tensors[i], fixed ? &spec_.tensors[i] : nullptr, i);
+    const TensorSpec* const expected = fixed ? &spec_.tensors[i] : nullptr;
+    // Types are not compared with the caps of a capsfilter, as in NNStreamer.
+    if (expected && is_set_ && tensors[i].data && tensors[i].bytes == expected->bytes()) {
+      specs.push_back(*expected);
+      continue;
+    }
+    auto spec = pushed_spec(tensors[i], expected, i);
     if (!spec) return spec.error();
     specs.push_back(*std::move(spec));
   }
@@ -205,13 +242,22 @@ Status FrameSource::to_status(GstFlowReturn flow) const {
                .needed = "frames before end()"};
 }
 
+Result<gst::Ref<GstBuffer>> FrameSource::make_buffer(std::span<const weir_tensor> tensors) {
+  const bool is_media = is_fixed_ && spec_.format == Format::End;
+  return is_media ? media_buffer(tensors) : tensor_buffer(tensors);
+}
+
 Status FrameSource::push(std::span<const weir_tensor> tensors, int64_t pts, int64_t duration) {
   std::unique_lock lock(mutex_);
   if (!started_) return not_started();
   read_caps();
   take_caps_of_next();
-  const bool is_media = is_fixed_ && spec_.format == Format::End;
-  auto buffer = is_media ? media_buffer(tensors) : tensor_buffer(tensors);
+  auto buffer = make_buffer(tensors);
+  if (!buffer && is_set_ && is_fixed_) {  // the next element may accept other caps by now
+    is_fixed_ = asked_next_ = false;
+    take_caps_of_next();
+    buffer = make_buffer(tensors);
+  }
   if (!buffer) return buffer.error();
   if (pts >= 0) GST_BUFFER_PTS(buffer->get()) = static_cast<GstClockTime>(pts);
   if (duration >= 0) GST_BUFFER_DURATION(buffer->get()) = static_cast<GstClockTime>(duration);
@@ -230,9 +276,11 @@ void FrameSource::stopped() {
   std::lock_guard lock(mutex_);
   started_ = false;
   read_caps();
-  if (!is_set_ || !is_replaceable_) return;
+  if (!is_set_) return;
+  is_fixed_ = false;
+  if (!is_replaceable_) return;
   caps_ = {};
-  is_set_ = is_fixed_ = false;
+  is_set_ = false;
   source_ = replace(source_.get());
 }
 

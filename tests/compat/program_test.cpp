@@ -222,7 +222,7 @@ class Object : public tensor_filter_cpp {
   bool is_open() const { return prop != nullptr; }
   std::string custom_;
 };
-static_assert(sizeof(tensor_filter_cpp) == 40, "as NNStreamer's, on 64 bits");
+static_assert(sizeof(void*) != 8 || sizeof(tensor_filter_cpp) == 40, "as NNStreamer's");
 
 TEST(CompatProgram, ObjectIsAFilter) {
   Object object("object"), same("object"), reserved("Any");
@@ -254,8 +254,21 @@ TEST(CompatProgram, ObjectHasThePropertiesOfTheElementThatOpenedItLast) {
     auto other = make_harness("tensor_filter framework=cpp model=with-properties custom=a:b", kTwo);
     EXPECT_EQ(pushed<uint8_t>(other, {1, 2}), (Bytes{1, 2}));
     EXPECT_EQ(object.custom_, "a:b");
+    other = nullptr;
+    EXPECT_EQ(pushed<uint8_t>(h, {1, 2}), (Bytes{1, 2}));
+    EXPECT_EQ(object.custom_, "speed:2") << "of the one that is still open";
   }
   EXPECT_FALSE(object.is_open());
+}
+
+TEST(CompatProgram, ObjectCanBeDestroyedBeforeItsElementCloses) {
+  auto object = std::make_unique<Object>("early");
+  ASSERT_EQ(object->_register(), 0);
+  auto h = make_harness("tensor_filter framework=cpp model=early", kTwo);
+  EXPECT_EQ(pushed<uint8_t>(h, {1, 2}), (Bytes{1, 2}));
+  EXPECT_EQ(object->_unregister(), 0);
+  object.reset();
+  h = nullptr;
 }
 
 TEST(CompatProgram, ObjectThatIsDestroyedWhileItIsUsedEndsTheStream) {

@@ -169,6 +169,8 @@ TEST(Pipeline, TakesTheCapsOfACapsfilter) {
       {"other/tensors,format=flexible", "format=(string)flexible"},
       {"other/tensors,format=static,framerate=25/1", "framerate=(fraction)25/1"},
       {"application/octet-stream", "application/octet-stream"},
+      {"other/tensor", "other/tensor,"},
+      {"other/tensor,framerate=[1/1,60/1]", "framerate=(fraction)1/1"},
       {"text/x-raw,format=utf8", "text/x-raw"},
       {"video/x-raw,format=GRAY8,width=4,height=1,framerate=0/1", "video/x-raw"},
   };
@@ -178,7 +180,7 @@ TEST(Pipeline, TakesTheCapsOfACapsfilter) {
     for (int round = 0; round < 2; ++round) {
       ASSERT_TRUE(p.push("in", std::span<const uint8_t>(x), {.shape = {1, 1, 1, 4}}));
       const auto frame = p.pull<uint8_t>("out", kLong);
-      ASSERT_TRUE(frame && *frame) << frame.error().message();
+      ASSERT_TRUE(frame && *frame);
       EXPECT_SAYS((*frame)->caps(), sent);
       const auto got = *(**frame)[0].as<uint8_t>();
       EXPECT_EQ(std::vector<uint8_t>(got.begin(), got.end()), x);
@@ -186,8 +188,33 @@ TEST(Pipeline, TakesTheCapsOfACapsfilter) {
     }
   }
   Pipeline p = started("appsrc name=in ! " + one + " ! tensor_sink name=out");
-  EXPECT_REFUSED(p.push("in", span({1}), {.shape = {1, 1, 1, 1}}), SPEC_MISMATCH,
-                 "type is float32, needed is uint8");
+  ASSERT_TRUE(p.push("in", span({1}), {.shape = {1, 1, 1, 1}})) << "types are not compared";
+  EXPECT_REFUSED(p.push("in", span({1, 2}), {.shape = {1, 1, 1, 2}}), SPEC_MISMATCH,
+                 "tensor 0 does not match the caps of the appsrc");
+}
+
+TEST(Pipeline, FollowsACapsfilterThatChanges) {
+  const std::string caps =
+      "other/tensors,format=static,num_tensors=1,types=uint8,dimensions=(string)";
+  Pipeline p =
+      started("appsrc name=in ! capsfilter name=cf caps=" + caps + "4:1 ! tensor_sink name=out");
+  for (const size_t size : {4, 6}) {
+    ASSERT_TRUE(p.set("cf", "caps", caps + std::to_string(size) + ":1"));
+    const std::vector<uint8_t> x(size, 7);
+    const auto pushed = p.push("in", std::span<const uint8_t>(x));
+    ASSERT_TRUE(pushed) << pushed.error().message();
+    EXPECT_EQ((**p.pull("out", kLong))[0].bytes().size(), size);
+  }
+}
+
+TEST(Pipeline, PushesManyPartsOfMedia) {
+  for (const size_t count : {16, 17}) {
+    Pipeline p = started("appsrc name=in ! application/octet-stream ! appsink name=out");
+    const std::vector<uint8_t> part{1, 2, 3, 4};
+    const std::vector<TensorView> parts(count, TensorView(part, TensorShape{4}));
+    ASSERT_TRUE(p.push("in", parts));
+    EXPECT_EQ((**p.pull("out", kLong))[0].bytes().size(), 4 * count);
+  }
 }
 
 // GStreamer pads each row of RGB to 4 bytes; programs have arrays without padding.

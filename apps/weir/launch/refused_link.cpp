@@ -97,10 +97,13 @@ std::string make_example(const std::string& name, const std::string& meant,
 }
 
 // The names of pads of the element in the text. Links that name none take the first numbers, or the
-// first pad without a number.
+// only pad without a number.
 std::set<std::string> used_pads(const LaunchGraph& graph, const NamedPad& end,
                                 const std::vector<std::string>& templates) {
   const bool is_source = end.direction == GST_PAD_SRC;
+  std::vector<std::string> singles;
+  std::copy_if(templates.begin(), templates.end(), std::back_inserter(singles),
+               [](const auto& name) { return !next_conversion(name); });
   std::set<std::string> out;
   size_t number = 0;
   for (const size_t index : is_source ? end.element.outputs : end.element.inputs) {
@@ -111,10 +114,7 @@ std::set<std::string> used_pads(const LaunchGraph& graph, const NamedPad& end,
     for (const auto& name : templates)
       if (next_conversion(name)) out.insert(numbered(name, std::to_string(number)));
     ++number;
-    const auto single = std::find_if(templates.begin(), templates.end(), [&out](const auto& name) {
-      return !next_conversion(name) && !out.contains(name);
-    });
-    if (single != templates.end()) out.insert(*single);
+    if (singles.size() == 1) out.insert(singles[0]);
   }
   return out;
 }
@@ -140,7 +140,8 @@ std::optional<Error> check_pad(const std::string& text, const LaunchGraph& graph
   for (const auto& name : names)
     if (auto example = make_example(name, pad, used); !example.empty())
       examples.push_back(std::move(example));
-  const std::string close = examples.size() == 1 ? examples[0] : nearest(pad, examples);
+  const std::string close =
+      names.size() == 1 && !examples.empty() ? examples[0] : nearest(pad, examples);
   Error out{.code = Code::OPTION_SYNTAX,
             .what = end.element.type + " has no " + end.kind() + " with the name " + pad,
             .needed = std::string("a ") + end.kind() + " of " + end.element.type + ": " +

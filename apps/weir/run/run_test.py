@@ -370,13 +370,11 @@ class Run(Case):
             bound.bind(("127.0.0.1", 0))  # and does not listen
             port = bound.getsockname()[1]
             for source, offered in ((f"tcpclientsrc host=127.0.0.1 port={port}", f"host=127.0.0.1 port={port}"),
-                                    (f"rtspsrc location=rtsp://me:secret@127.0.0.1:{port}/a", f"location=rtsp://127.0.0.1:{port}/a")):
+                                    (f"rtspsrc location=rtsp://me:secret@127.0.0.1:{port}/a?token=secret", f"location=rtsp://127.0.0.1:{port}/a")):
                 done = weir("run", f"{source} ! fakesink")
                 self.refused(done, 1, "WEIR-6001: the address cannot be opened\n", f"offered: {offered}\n", "needed: a server that listens there")
                 self.assertNotIn("secret", done.stderr)
                 self.assertNotRegex(done.stderr, r"\.c\(\d+\)")
-        done = weir("run", "rtspsrc location=rtsp://no-such-host.invalid/a ! fakesink")
-        self.refused(done, 1, "WEIR-6001: the name of the host is not known", "offered: location=rtsp://no-such-host.invalid/a")
 
     def test_an_unknown_element_is_refused_with_its_place_and_a_guess(self):
         output, rest = self.place("videotestsrc ! tensor_convertr ! fakesink")

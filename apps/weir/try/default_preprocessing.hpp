@@ -14,8 +14,8 @@
 
 namespace weir::app {
 
-// The picture input that `info` describes, with the family's usual colours, scale and fit. nullopt if it is not a picture's tensor. `note`
-// says in words what was assumed.
+// The picture input that `info` describes, with the family's usual colours, scale and fit. nullopt
+// if it is not a picture's tensor. `note` says in words what was assumed.
 std::optional<card::ImageInput> default_image_input(std::string_view family,
                                                     const weir_tensor_info& info,
                                                     std::string* note);

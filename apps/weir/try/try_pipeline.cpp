@@ -26,10 +26,12 @@ bool is_camera(const std::string& input) {
 
 // Whether the input goes on while it is not read.
 bool is_live(const std::string& input) {
-  constexpr const char* kNetworkCameras[] = {"rtsp", "rtmp", "rtp:", "udp:", "srt:", "mms"};
+  constexpr const char* kNetworkCameras[] = {"rtsp", "rtmp", "rtp", "udp", "srt", "mms"};
+  const size_t colon = input.find("://");
+  const std::string scheme = colon == std::string::npos ? "" : lower(input.substr(0, colon));
   return is_camera(input) ||
          std::any_of(std::begin(kNetworkCameras), std::end(kNetworkCameras),
-                     [&](const char* scheme) { return input.starts_with(scheme); });
+                     [&](const char* begin) { return scheme.starts_with(begin); });
 }
 
 // A model that is slower than the input gets its newest frame.

@@ -175,7 +175,7 @@ class TensorQueryClient : public gst::PlainFilter<TensorQueryClient> {
     deliver(may_wait && settings().timeout > 0);
     exchange_.close(DropReason::Lost);
     input_caps_ = Ref<GstCaps>::share(caps);
-    const Status status = may_wait ? connect_or_retry() : ok();  // else the next frame connects
+    Status status = may_wait ? connect_or_retry() : ok();  // else the next frame connects
     end_negotiation();
     return status;
   }

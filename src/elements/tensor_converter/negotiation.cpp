@@ -86,8 +86,9 @@ Ref<GstCaps> offered_caps(GstPad* sink, GstPad* source, const GstCaps* filter, b
   if (peer.tensors.size() == 1) {
     auto best = Ref<GstCaps>::adopt(
         gst_caps_from_string(caps_of_media_for(peer.tensors[0], peer.rate).c_str()));
-    const auto only_best = narrowed(all.get(), Ref<GstCaps>::share(best.get()));
+    auto only_best = narrowed(all.get(), Ref<GstCaps>::share(best.get()));
     // A stream that cannot become what the peer needs gets an error that names both.
+    if (!filter && gst_pad_is_linked(sink)) return only_best;
     if (auto meet = filter ? fitting(only_best.get(), filter) : Ref<GstCaps>();
         meet && !gst_caps_is_empty(meet.get()))
       return meet;

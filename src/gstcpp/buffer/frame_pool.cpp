@@ -102,14 +102,15 @@ bool has_all_bytes(const PoolState& s, GstBuffer* buffer) {
   return true;
 }
 
-// Whether an application mapped a memory and has not unmapped it: nobody could write there again.
+// Whether an application mapped a memory and has not unmapped it: it can never be written again.
 bool has_mapped_memory(GstBuffer* buffer) {
-  for (guint i = 0; i < gst_buffer_n_memory(buffer); ++i)
-    for (const auto flag : {GST_LOCK_FLAG_WRITE, GST_LOCK_FLAG_READ}) {
-      auto* const memory = GST_MINI_OBJECT_CAST(gst_buffer_peek_memory(buffer, i));
-      if (!gst_mini_object_lock(memory, flag)) return true;
-      gst_mini_object_unlock(memory, flag);
-    }
+  // A kind of lock that has no other use goes with no other lock.
+  constexpr auto kOwn = static_cast<GstLockFlags>(GST_LOCK_FLAG_EXCLUSIVE << 1);
+  for (guint i = 0; i < gst_buffer_n_memory(buffer); ++i) {
+    auto* const memory = GST_MINI_OBJECT_CAST(gst_buffer_peek_memory(buffer, i));
+    if (!gst_mini_object_lock(memory, kOwn)) return true;
+    gst_mini_object_unlock(memory, kOwn);
+  }
   return false;
 }
 

@@ -94,7 +94,7 @@ TEST(FramePool, DoesNotReuseAMemoryThatIsStillInUse) {
 
 // As a callback that maps a frame and forgets to unmap it.
 TEST(FramePool, DoesNotReuseAMemoryThatIsStillMapped) {
-  for (const auto flags : {GST_MAP_READ, GST_MAP_WRITE}) {
+  for (const auto flags : {GST_MAP_READ, GST_MAP_WRITE, GST_MAP_READWRITE}) {
     FramePool pool = pool_of({64});
     for (int i = 0; i < 3; ++i) {
       GstMapInfo forgotten = GST_MAP_INFO_INIT;

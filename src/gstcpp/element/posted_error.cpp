@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "gstcpp/element/posted_error.hpp"
 
-#include <netdb.h>
-
 #include <filesystem>
 #include <string_view>
 #include <vector>
@@ -120,54 +118,36 @@ std::optional<Error> file_error(GstObject* element, const GError* error) {
   return factory == "filesrc" ? source_error(element, location) : sink_error(location);
 }
 
-// Where an element connects to.
-struct Address {
-  std::string text;  // as properties, without a password
-  std::string host;
-};
-
-std::optional<Address> read_address(GstObject* element) {
-  for (const char* property : {"location", "uri"}) {
-    const std::string text = read_text(element, property);
-    const Unique<GUri, g_uri_unref> uri(
-        g_uri_parse(text.c_str(), G_URI_FLAGS_PARSE_RELAXED, nullptr));
-    const char* host = uri ? g_uri_get_host(uri.get()) : nullptr;
-    if (!host || !*host) continue;
-    const UniqueText shown(g_uri_to_string_partial(uri.get(), G_URI_HIDE_USERINFO));
-    return Address{std::string(property) + "=" + shown.get(), host};
+// The address that an element connects to, as its properties, without login and query; "" for
+// elements whose own text is complete, and for those that listen.
+std::string read_address(GstObject* element) {
+  const auto factory = find_factory_name(element);
+  if (factory == "tcpclientsrc" || factory == "tcpclientsink") {
+    gint port = 0;
+    g_object_get(element, "port", &port, nullptr);
+    return "host=" + read_text(element, "host") + " port=" + std::to_string(port);
   }
-  const std::string host = read_text(element, "host");
-  if (host.empty() || !g_object_class_find_property(G_OBJECT_GET_CLASS(element), "port"))
-    return std::nullopt;
-  gint port = 0;
-  g_object_get(element, "port", &port, nullptr);
-  return Address{"host=" + host + " port=" + std::to_string(port), host};
+  if (factory != "rtspsrc") return "";
+  const Unique<GUri, g_uri_unref> uri(
+      g_uri_parse(read_text(element, "location").c_str(), G_URI_FLAGS_PARSE_RELAXED, nullptr));
+  if (!uri) return "";
+  const auto hidden = static_cast<GUriHideFlags>(G_URI_HIDE_USERINFO | G_URI_HIDE_QUERY);
+  return "location=" + std::string(UniqueText(g_uri_to_string_partial(uri.get(), hidden)).get());
 }
 
-bool is_known_host(const std::string& host) {
-  addrinfo* found = nullptr;
-  const bool is_known = getaddrinfo(host.c_str(), nullptr, nullptr, &found) == 0;
-  if (is_known) freeaddrinfo(found);
-  return is_known;
-}
-
-// Of an element that cannot open its address. GStreamer's text does not name it, and rtspsrc's is
-// the same for each reason.
 std::optional<Error> address_error(GstObject* element, const GError* error,
                                    const std::string& details) {
   const bool is_open =
       g_error_matches(error, GST_RESOURCE_ERROR, GST_RESOURCE_ERROR_OPEN_READ) ||
       g_error_matches(error, GST_RESOURCE_ERROR, GST_RESOURCE_ERROR_OPEN_WRITE) ||
       g_error_matches(error, GST_RESOURCE_ERROR, GST_RESOURCE_ERROR_OPEN_READ_WRITE);
-  const auto address = is_open && element ? read_address(element) : std::nullopt;
-  if (!address) return std::nullopt;
-  const bool is_known = is_known_host(address->host);
+  const std::string address = is_open && element ? read_address(element) : "";
+  if (address.empty()) return std::nullopt;
   return Error{
       .code = Code::SERVER_UNREACHABLE,
-      .what = is_known ? "the address cannot be opened" : "the name of the host is not known",
-      .offered = address->text,
-      .needed = is_known ? "a server that listens there, and a network that leads to it"
-                         : "the name or the address of a host, and a network that finds it",
+      .what = "the address cannot be opened",
+      .offered = address,
+      .needed = "a server that listens there, a name that is known, and a network that leads to it",
       .difference = details};
 }
 

@@ -2,8 +2,6 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "tensorflow-lite/tflite_interpreter.hpp"
 
-#include <unistd.h>
-
 #include <cstdarg>
 #include <cstdio>
 #include <mutex>
@@ -40,29 +38,32 @@ Error load_error(const std::string& reported_errors) {
 }
 
 #ifdef __GLIBC__
-// Logs what the library prints, and passes on what other threads print meanwhile.
-ssize_t write_message(void*, const char* text, size_t size) {
-  const std::string_view message(text, size);
-  if (!message.starts_with("INFO: ")) return write(STDERR_FILENO, text, size);
-  log(WEIR_LOG_INFO, std::string(message.substr(0, message.find_last_not_of('\n') + 1)));
+ssize_t collect(void* text, const char* more, size_t size) {
+  static_cast<std::string*>(text)->append(more, size);
   return static_cast<ssize_t>(size);
 }
 
 // The library prints a line to stderr when it makes its first delegate, and no setting prevents it.
+// What other threads print meanwhile is passed on.
 TfLiteDelegate* create_delegate(const TfliteApi& api, const XnnpackOptions& options) {
   static std::mutex mutex;
   const std::lock_guard lock(mutex);
-  static FILE* const messages = [] {  // never closed: another thread may be using it
-    FILE* const out = fopencookie(
-        nullptr, "w", {.read = nullptr, .write = write_message, .seek = nullptr, .close = nullptr});
-    if (out) std::setvbuf(out, nullptr, _IOLBF, 0);
-    return out;
-  }();
-  if (!messages) return api.xnnpack_create(&options);
-  FILE* const before = std::exchange(stderr, messages);
+  static std::string printed;
+  static FILE* const collecting =  // never closed: another thread may be using it
+      fopencookie(&printed, "w",
+                  {.read = nullptr, .write = collect, .seek = nullptr, .close = nullptr});
+  if (!collecting) return api.xnnpack_create(&options);
+  FILE* const before = std::exchange(stderr, collecting);
   TfLiteDelegate* const delegate = api.xnnpack_create(&options);
   stderr = before;
-  std::fflush(messages);
+  std::fflush(collecting);
+  constexpr std::string_view kLine = "INFO: Created TensorFlow Lite XNNPACK delegate for CPU.";
+  if (const size_t at = printed.find(kLine); at != std::string::npos) {
+    log(WEIR_LOG_INFO, std::string(kLine));
+    printed.erase(at, kLine.size() + (at + kLine.size() < printed.size() ? 1 : 0));
+  }
+  std::fputs(printed.c_str(), stderr);
+  printed.clear();
   return delegate;
 }
 #else

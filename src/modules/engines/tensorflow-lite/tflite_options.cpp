@@ -16,7 +16,7 @@ void choose_delegate(std::string_view name, TfliteOptions* out) {
     out->xnnpack = !is_none;
   else
     log(WEIR_LOG_WARNING, "the delegate " + std::string(name) +
-                              " is not available here, XNNPACK is used; known: XNNPACK, None");
+                              " is not available here, the default is used; known: XNNPACK, None");
 }
 
 Status apply(const weir_option& option, TfliteOptions* out) {
