@@ -169,6 +169,22 @@ TEST_F(Python3Decoder, MustNotKeepItsInput) {
       << "an unreachable object keeps nothing";
 }
 
+// A program opens and closes the script of each pipeline that it runs.
+TEST_F(Python3Decoder, LeavesNoModuleWhenItIsClosed) {
+  const auto path = decoding(
+      "import sys\nreturn bytes([sum(n.startswith('weir_script_') for n in sys.modules)])");
+  Opened counting(path);
+  const auto modules = [&] {
+    return counting.decode({0, 1}, Tensor<uint8_t>{ElementType::UInt8, "1", {1}}).bytes;
+  };
+  EXPECT_EQ(modules(), Bytes{1});
+  {
+    const Opened other(path);
+    EXPECT_EQ(modules(), Bytes{2});
+  }
+  EXPECT_EQ(modules(), Bytes{1});
+}
+
 TEST_F(Python3Decoder, ReportsWhatIsWrongWithAScript) {
   EXPECT_SAYS(decode_with("").error, "WEIR-1004: mode=python3 has no script");
   EXPECT_SAYS(decode_with("").error, "fix: tensor_decoder mode=python3 option1=/path/to/script.py");
