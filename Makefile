@@ -107,7 +107,7 @@ asan: setup
 tsan: setup
 	@tools/tsan build-tsan $(TSAN_FLAGS)
 
-#: make soak        edit playing pipelines at random for SOAK_SECONDS=600: lost frames, growth of memory
+#: make soak        edit playing pipelines for SOAK_SECONDS=600, then run 16 streams with random faults as long: lost frames, growth of memory
 soak: build
 	@tools/soak $(BUILD) $(SOAK_SECONDS)
 

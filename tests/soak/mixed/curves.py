@@ -41,16 +41,15 @@ def counts(samples):
     return kinds, {period: [sum(value for _, value in kind[period].values()) for kind in periods] for period in periods[0]}
 
 
-def frames(samples):
-    """Frames a second that arrived, of each stream."""
+def frames(samples, faults):
+    """Frames a second of all streams together, and the faults of each period."""
     arrived = in_periods(samples, "frames")
-    names = [name for name in dict.fromkeys(row["process"] for row in samples)
-             if any(values.get(name, (0, 0))[1] for values in arrived.values())]
 
-    def rate(name, period):
-        before, after = arrived.get(period - 1, {}).get(name), arrived[period].get(name)
-        return (after[1] - before[1]) / (after[0] - before[0]) if before and after else ""
-    return [name.split(".")[0] for name in names], {period: [rate(name, period) for name in names] for period in arrived}
+    def rate(before, after):
+        return sum((after[name][1] - before[name][1]) / (after[name][0] - before[name][0]) for name in before.keys() & after.keys())
+    return ("frames per second", f"faults in {EVERY} s"), {
+        period: [rate(arrived[period - 1], values), sum(int(float(fault["seconds"]) / EVERY) == period for fault in faults)]
+        for period, values in arrived.items() if period - 1 in arrived}
 
 
 def draw(path, columns, rows, title, y_name, y_range="0:*"):
@@ -83,12 +82,11 @@ def main():
     if not shutil.which("gnuplot"):
         sys.exit("curves: gnuplot is not there: apt-get install gnuplot-nox")
     run, folder = pathlib.Path(sys.argv[1]), pathlib.Path(sys.argv[2])
-    with open(run / "samples.csv", newline="", encoding="utf-8") as file:
-        samples = list(csv.DictReader(file))
+    samples, faults = ([*csv.DictReader((run / name).read_text().splitlines())] for name in ("samples.csv", "faults.csv"))
     warm = json.loads((run / "summary.json").read_text())["warm"][1]
     draw(folder / "soak-memory", *memory(samples, warm), "Anonymous memory of each process that was never killed, since warming up", "MiB", "-4:4")
     draw(folder / "soak-counts", *counts(samples), "Descriptors and threads of all processes together", "number")
-    draw(folder / "soak-frames", *frames(samples), "Frames that arrived", "frames per second")
+    draw(folder / "soak-frames", *frames(samples, faults), "Frames that arrived in all streams together, and faults", "number")
 
 
 if __name__ == "__main__":

@@ -173,7 +173,8 @@ def run_files(name, spec):
     source.write_bytes(numpy.repeat(numpy.arange(spec["frames"], dtype=numpy.int64), LENGTH).tobytes())
     while not end.ending.is_set():
         end.run += 1
-        done = subprocess.run(["weir", "run", "--json", *spec["options"], spec["command"].format(source=source, out=out)],
+        pathlib.Path(spec["report"]).unlink(missing_ok=True)
+        done = subprocess.run(["weir", "run", "--json", "--report", spec["report"], spec["command"].format(source=source, out=out)],
                               capture_output=True, text=True, check=False)
         try:
             printed = json.loads(done.stdout)

@@ -53,7 +53,7 @@ def files(disk, frames):
         "files": Stream({"run": {
             "command": "filesrc location={source} blocksize=512 ! application/octet-stream ! tensor_converter input-dim=64 "
                        f"input-type=int64 ! tensor_filter model={NUMBERS} ! tensor_decoder mode=octet_stream ! filesink location={{out}}",
-            "options": ["--report", str(disk / "report.html")], "frames": 500, "pause": 5, "ends with": FULL}}, [("", "disk")]),
+            "report": str(disk / "report.html"), "frames": 500, "pause": 5, "ends with": FULL}}, [("", "disk")]),
         "loop": Stream({"loop": {
             "pipeline": f"multifilesrc location=strip%d.gray stop-index={len(frames) - 1} loop=true "
                         'caps="video/x-raw,format=(string)GRAY8,width=192,height=32,framerate=(fraction)15/1" ! valve name=gate ! '
@@ -109,7 +109,7 @@ def links(port, broker):
         "edge": Stream(pair(f"edgesink port={edge} sync=false", f"edgesrc dest-port={edge} reconnect=true"), both[1:],
                        [("net", "missed"), ("net", "dropped")]),
         "local": Stream(pair(f"edgesink protocol=local path={local} wait-connection=true sync=false",
-                             f"edgesrc protocol=local path={local} reconnect=true"), both),
+                             f"edgesrc protocol=local path={local} reconnect=true"), both, [("net", "dropped")]),
         "grpc": Stream(pair(f"tensor_sink_grpc port={grpc}", f"tensor_src_grpc port={grpc}"), both[1:],
                        [("net", "messages-dropped"), ("net", "messages-lost")]),
     }
