@@ -9,7 +9,7 @@ A process is a line of words for the shell's PATH, or what stream_end.py runs:
   file       a file that has all frames that arrived; the pipeline has no `out`
   ends with  the error that a fault may end the pipeline with; it is started again
   command    runs of `weir run` with this pipeline, again and again
-At the end the valve `gate` is closed behind a source that no process feeds, and what is in the pipeline arrives.
+At the end the valve `gate` is closed downstream of a source that no process feeds, and what is in the pipeline arrives.
 """
 
 import dataclasses
