@@ -132,6 +132,10 @@ TEST(PipelineFullQueue, LetsAFlushThrough) {
   GstPad* pad = gst_element_get_static_pad(sink, "sink");
   EXPECT_TRUE(returns(p, [&]() -> weir::Status {
     gst_pad_send_event(pad, gst_event_new_flush_start());
+    // As each source does: the flush ends when the streaming thread has left the pad. Earlier,
+    // another frame of that thread could still come.
+    GST_PAD_STREAM_LOCK(pad);
+    GST_PAD_STREAM_UNLOCK(pad);
     gst_pad_send_event(pad, gst_event_new_flush_stop(TRUE));
     return weir::ok();
   }));
