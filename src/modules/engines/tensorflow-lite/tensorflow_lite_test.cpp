@@ -166,6 +166,19 @@ TEST_F(TensorflowLite, AFixedShapeIsOpenIfTheUserRequestsIt) {
   EXPECT_SAYS(refused.error().message(), "true or false");
 }
 
+TEST_F(TensorflowLite, TheRankIsOpenTooIfTheUserRequestsIt) {
+  auto model = EngineTest::open(tflite_negation({2, 3}).bytes(), {{"Resize", "rank"}});
+  ASSERT_TRUE(model) << model.error().message();
+  EXPECT_EQ((*model)->inputs()[0].rank, WEIR_RANK_UNKNOWN);
+  EXPECT_EQ((*model)->inputs()[0].batch_axis, WEIR_NO_BATCH_AXIS);
+  for (const auto& shape : {std::vector<int64_t>{4}, {2, 3}, {2, 1, 3, 2}}) {
+    const auto shapes = (*model)->resolve({make_tensor(WEIR_FLOAT32, shape).info});
+    ASSERT_TRUE(shapes) << shapes.error().message();
+    EXPECT_EQ(to_shape((*shapes)[0]), shape);
+  }
+  EXPECT_FALSE((*model)->resolve({make_tensor(WEIR_INT32, {2, 3}).info})) << "the type stays";
+}
+
 // A rejected shape leaves the session unchanged.
 TEST_F(TensorflowLite, ContinuesAfterAShapeThatItsLayersReject) {
   auto model = open(TfliteBuilder()

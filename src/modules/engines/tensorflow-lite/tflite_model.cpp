@@ -174,6 +174,7 @@ Result<weir_tensor_info> TfliteModel::read_tensor(const TfLiteTensor& tensor, bo
   if (options_.resize || (!is_input && is_unallocated(tensor)))
     std::fill_n(info->shape, info->rank, -1);
   if (is_input) info->layout = find_layout(*info);
+  if (options_.resize_rank) info->rank = WEIR_RANK_UNKNOWN;
   names_.emplace_back(tensor.name ? tensor.name : "");
   info->name = names_.back().c_str();
   return info;
@@ -182,7 +183,7 @@ Result<weir_tensor_info> TfliteModel::read_tensor(const TfLiteTensor& tensor, bo
 Status TfliteModel::read_tensors(const TfliteInterpreter& interpreter) {
   const size_t n_in = interpreter.inputs(), n_out = interpreter.outputs();
   names_.reserve(n_in + n_out);
-  bool batched = true;
+  bool batched = !options_.resize_rank;
   for (size_t i = 0; i < n_in + n_out; ++i) {
     const TfLiteTensor* tensor = i < n_in ? interpreter.input(i) : interpreter.output(i - n_in);
     const auto info = read_tensor(*tensor, i < n_in);

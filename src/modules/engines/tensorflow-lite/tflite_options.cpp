@@ -23,6 +23,10 @@ Status apply(const weir_option& option, TfliteOptions* out) {
   const auto key = text_or_empty(option.key), value = text_or_empty(option.value);
   if (equals_ignoring_case(key, "NumThreads"))
     return store_option(number_option(key, value, 1), &out->threads);
+  if (equals_ignoring_case(key, "Resize") && equals_ignoring_case(value, "rank")) {
+    out->resize = out->resize_rank = true;
+    return ok();
+  }
   if (equals_ignoring_case(key, "Resize"))
     return store_option(switch_option(key, value), &out->resize);
   if (equals_ignoring_case(key, "Delegate")) {

@@ -22,10 +22,12 @@ Result<std::unique_ptr<TfliteRunner>> TfliteRunner::create(const TfliteModel& mo
   return std::unique_ptr<TfliteRunner>(new TfliteRunner(model, **api, *std::move(interpreter)));
 }
 
-// Accepts any extents of the right rank: models with a fixed shape can often be resized too.
+// Accepts any extents of the right rank, if the model has one: models with a fixed shape can often
+// be resized too.
 Status TfliteRunner::check(std::span<const weir_tensor_info> in) const {
   auto any = model_.inputs();
-  for (auto& info : any) std::fill_n(info.shape, info.rank, -1);
+  for (auto& info : any)
+    if (info.rank <= WEIR_RANK_LIMIT) std::fill_n(info.shape, info.rank, -1);
   return check_infos(any, in, "input");
 }
 
