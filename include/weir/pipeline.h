@@ -103,6 +103,13 @@ WEIR_EXPORT int weir_pipeline_read_message(weir_pipeline* pipeline, weir_error**
 WEIR_EXPORT int weir_pipeline_push(weir_pipeline* pipeline, const char* name,
                                    const weir_tensor* tensors, uint32_t n_tensors, int64_t pts,
                                    int64_t duration, weir_error** error);
+/* Describes the tensors that a frame of the appsrc `name` must have: those of its caps, or of the
+ * only caps that the element after it accepts. Returns their number and writes the first `n_infos`
+ * of them, without names; 0 for media, flexible tensors and caps that leave a choice. `infos` may
+ * be NULL if `n_infos` is 0. */
+WEIR_EXPORT int weir_pipeline_source_tensors(weir_pipeline* pipeline, const char* name,
+                                             weir_tensor_info* infos, uint32_t n_infos,
+                                             weir_error** error);
 /* Sends EOS from the appsrc `name`. */
 WEIR_EXPORT int weir_pipeline_end(weir_pipeline* pipeline, const char* name, weir_error** error);
 
@@ -190,6 +197,10 @@ WEIR_EXPORT int weir_pipeline_property_type(weir_pipeline* pipeline, const char*
 WEIR_EXPORT int weir_pipeline_get_enum(weir_pipeline* pipeline, const char* name,
                                        const char* property, int32_t* value, weir_error** error);
 
+/* Returns the element `name` (NULL: the GstPipeline) with a reference for gst_object_unref; NULL if
+ * there is none. weir_pipeline_stop may replace an appsrc. */
+WEIR_EXPORT struct _GstElement* weir_pipeline_get_element(weir_pipeline* pipeline,
+                                                          const char* name);
 /* Calls `function` for each element in the order of the text. `kind` is the factory name ("valve");
  * `depth` is 0 for elements of the text and greater for those inside bins such as decodebin. The
  * texts are valid for the call. */

@@ -6,6 +6,7 @@
 #include <cstring>
 #include <span>
 
+#include "gstcpp/buffer/module_values.hpp"
 #include "pipeline/element_access.hpp"
 
 namespace {
@@ -165,6 +166,21 @@ int weir_pipeline_push(weir_pipeline* pipeline, const char* name, const weir_ten
 int weir_pipeline_end(weir_pipeline* pipeline, const char* name, weir_error** error) {
   return with(
       pipeline, error, [&](Pipeline& p) { return p.end(name); }, name);
+}
+
+int weir_pipeline_source_tensors(weir_pipeline* pipeline, const char* name, weir_tensor_info* infos,
+                                 uint32_t n_infos, weir_error** error) {
+  return guarded(error, [&] {
+    if (!pipeline || !name || (!infos && n_infos > 0))
+      return keep(error, null_pointer("an argument"));
+    const auto tensors = pipeline->pipeline->source_tensors(name);
+    if (!tensors) return keep(error, tensors.error());
+    for (size_t i = 0; i < tensors->size() && i < n_infos; ++i) {
+      infos[i] = weir::gst::tensor_info((*tensors)[i]);
+      infos[i].name = nullptr;
+    }
+    return static_cast<int>(tensors->size());
+  });
 }
 
 int weir_pipeline_pull(weir_pipeline* pipeline, const char* name, int64_t timeout_ns,

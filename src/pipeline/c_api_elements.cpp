@@ -37,6 +37,13 @@ int weir_pipeline_elements(weir_pipeline* pipeline, weir_element_function functi
   return with(pipeline, error, list, static_cast<const char*>(given));
 }
 
+GstElement* weir_pipeline_get_element(weir_pipeline* pipeline, const char* name) {
+  if (!pipeline) return nullptr;
+  const Pipeline& p = *pipeline->pipeline;
+  if (!name) return GST_ELEMENT(gst_object_ref(p.bin()));
+  return gst_bin_get_by_name(p.bin(), name);
+}
+
 int weir_pipeline_pads(weir_pipeline* pipeline, const char* name, weir_pad_function function,
                        void* data, weir_error** error) {
   const auto list = [&](GstElement* e) {

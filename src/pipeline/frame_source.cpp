@@ -266,6 +266,13 @@ Status FrameSource::push(std::span<const weir_tensor> tensors, int64_t pts, int6
   return to_status(gst_app_src_push_buffer(source.get(), buffer->release()));
 }
 
+std::vector<TensorSpec> FrameSource::tensors() {
+  std::lock_guard lock(mutex_);
+  read_caps();
+  take_caps_of_next();
+  return spec_.format == Format::Static ? spec_.tensors : std::vector<TensorSpec>();
+}
+
 void FrameSource::started() {
   std::lock_guard lock(mutex_);
   started_ = true;

@@ -5,6 +5,7 @@
 
 #include <mutex>
 #include <span>
+#include <vector>
 
 #include "core/tensor/frame_spec.hpp"
 #include "gstcpp/element/ref.hpp"
@@ -24,6 +25,8 @@ class FrameSource {
   // See weir_pipeline_push.
   Status push(std::span<const weir_tensor> tensors, int64_t pts, int64_t duration);
   Status end();
+  // See weir_pipeline_source_tensors.
+  std::vector<TensorSpec> tensors();
   // The pipeline accepts frames from now on. Before this, and after stopped(), pushes are rejected,
   // including one in progress.
   void started();

@@ -357,6 +357,12 @@ Status Pipeline::end(const std::string& name) {
   return stopped_ ? not_started() : (*to)->end();
 }
 
+Result<std::vector<TensorSpec>> Pipeline::source_tensors(const std::string& name) const {
+  const auto from = source(name);
+  if (!from) return from.error();
+  return (*from)->tensors();
+}
+
 Result<Pipeline::Pulled> Pipeline::pull(const std::string& name, std::chrono::nanoseconds limit) {
   const auto from = sink(name);
   if (!from) return from.error();

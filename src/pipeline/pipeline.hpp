@@ -62,6 +62,8 @@ class Pipeline {
   Status push(const std::string& name, std::span<const weir_tensor> tensors, int64_t pts,
               int64_t duration);
   Status end(const std::string& name);
+  // Those that the appsrc needs; none if it leaves a choice.
+  Result<std::vector<TensorSpec>> source_tensors(const std::string& name) const;
   struct Pulled {
     WaitResult result = WaitResult::Done;
     std::shared_ptr<const PulledFrame> frame;

@@ -144,6 +144,9 @@ TEST(NullPointers, OfLibweirPipelineAreErrors) {
   EXPECT_NULL_REFUSED(weir_pipeline_read_message, p, &message, kError);
   EXPECT_NULL_REFUSED(weir_pipeline_push, p, "in", &tensor, 1u, int64_t{-1}, int64_t{-1}, kError);
   EXPECT_NULL_REFUSED(weir_pipeline_end, p, "in", kError);
+  weir_tensor_info needed{};
+  EXPECT_NULL_REFUSED(weir_pipeline_source_tensors, p, "in", &needed, 1u, kError);
+  EXPECT_NULL_HARMLESS(weir_pipeline_get_element, p, may_be_null<const char*>("nosuch"));
   EXPECT_NULL_REFUSED(weir_pipeline_pull, p, "out", int64_t{0}, &frame, kError);
   EXPECT_NULL_REFUSED(weir_pipeline_ended, p, "out", kError);
   EXPECT_NULL_REFUSED(weir_pipeline_on_frame, p, "out", may_be_null(+on_frame), kData, kError);
