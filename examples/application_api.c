@@ -2,7 +2,7 @@
  * a pipeline.
  *
  *   application_api 'tensor_filter framework=custom-easy model=twice'
- *   cc -std=c11 application_api.c $(pkg-config --cflags --libs capi-nnstreamer)
+ *   cc -std=c11 application_api.c $(pkg-config --cflags --libs capi-ml-inference)
  *
  * SPDX-License-Identifier: LGPL-2.1-or-later */
 #include <nnstreamer-single.h>

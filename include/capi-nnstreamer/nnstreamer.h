@@ -1,4 +1,4 @@
-/* Pipelines for programs: ml_pipeline_*. C99; pkg-config capi-nnstreamer. Implemented with
+/* Pipelines for programs: ml_pipeline_*. C99; pkg-config capi-ml-inference. Implemented with
  * weir/pipeline.h; docs/guide/from-nnstreamer.md lists the coverage.
  *
  * Callbacks run on streaming threads. They may call every function except those that change the
@@ -8,7 +8,7 @@
  * SPDX-License-Identifier: LGPL-2.1-or-later */
 #ifndef NNSTREAMER_H
 #define NNSTREAMER_H
-#include "ml-tensors.h"
+#include "ml-api-common.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -23,7 +23,19 @@ typedef void* ml_pipeline_element_h;
 typedef void* ml_custom_easy_filter_h;
 typedef void* ml_pipeline_if_h;
 
-/* GStreamer's state numbers. READY is reported as NULL. */
+/* Words of pipelines for Tizen, which replaces them by its camera; unknown elements elsewhere. */
+#define ML_TIZEN_CAM_VIDEO_SRC "tizencamvideosrc"
+#define ML_TIZEN_CAM_AUDIO_SRC "tizencamaudiosrc"
+
+/* *available: GStreamer knows an element of this name, and the configuration allows it. */
+ML_EXPORT int ml_check_element_availability(const char* element_name, bool* available);
+/* *available: the engine is installed and runs on this hardware. ML_ERROR_INVALID_PARAMETER for
+ * ML_NNFW_TYPE_ANY. */
+ML_EXPORT int ml_check_nnfw_availability(ml_nnfw_type_e nnfw, ml_nnfw_hw_e hw, bool* available);
+ML_EXPORT int ml_check_nnfw_availability_full(ml_nnfw_type_e nnfw, ml_nnfw_hw_e hw,
+                                              const char* custom_option, bool* available);
+
+/* GStreamer's states. */
 typedef enum ML_ANY_INT {
   ML_PIPELINE_STATE_UNKNOWN = 0,
   ML_PIPELINE_STATE_NULL = 1,
@@ -35,24 +47,24 @@ typedef enum ML_ANY_INT {
 /* Called after each state change of the whole pipeline. */
 typedef void (*ml_pipeline_state_cb)(ml_pipeline_state_e state, void* user_data);
 
-/* Parses text of gst-launch-1.0. ML_ERROR_PERMISSION_DENIED for an element that the configuration
- * ([element-restriction]) does not allow. `cb` may be NULL; `user_data` must stay valid until
- * destroy has returned. */
+/* Parses text of gst-launch-1.0 and pauses the pipeline. ML_ERROR_STREAMS_PIPE, and NULL in *pipe,
+ * for a text that does not parse and for elements that cannot be paused, such as a model that does
+ * not exist; ML_ERROR_NOT_SUPPORTED for an element that the configuration ([element-restriction])
+ * does not allow. `cb` may be NULL; `user_data` must stay valid until destroy has returned. */
 ML_EXPORT int ml_pipeline_construct(const char* pipeline_description, ml_pipeline_state_cb cb,
                                     void* user_data, ml_pipeline_h* pipe);
 /* Stops the pipeline, waits for running callbacks and frees it. Release handles of its parts
  * separately. */
 ML_EXPORT int ml_pipeline_destroy(ml_pipeline_h pipe);
-/* Returns before the first frame is through. After an element has posted an error,
- * ml_pipeline_get_state and every other call fail with it until ml_pipeline_flush. */
+/* Returns before the first frame is through. After an element has posted an error, calls of the
+ * pipeline and of its sources return ML_ERROR_STREAMS_PIPE until ml_pipeline_flush. */
 ML_EXPORT int ml_pipeline_start(ml_pipeline_h pipe);
 /* Pauses: frames in the pipeline are kept, and start resumes. */
 ML_EXPORT int ml_pipeline_stop(ml_pipeline_h pipe);
-/* The current state, or the target of a state change. ML_ERROR_STREAMS_PIPE when an element has
- * failed; *state is set in that case as well. */
+/* The current state: READY until the first frames have arrived at the sinks. ML_ERROR_STREAMS_PIPE
+ * when an element has failed; *state is set in that case as well. */
 ML_EXPORT int ml_pipeline_get_state(ml_pipeline_h pipe, ml_pipeline_state_e* state);
-/* Discards the frames in the pipeline and any error, then starts it again or leaves it in
- * ML_PIPELINE_STATE_NULL. */
+/* Discards the frames in the pipeline and any error, then starts it again or leaves it paused. */
 ML_EXPORT int ml_pipeline_flush(ml_pipeline_h pipe, bool start);
 
 /* A frame of a tensor_sink or appsink; media are one uint8 tensor. `data` is read-only. */
@@ -67,20 +79,39 @@ ML_EXPORT int ml_pipeline_sink_register(ml_pipeline_h pipe, const char* sink_nam
 ML_EXPORT int ml_pipeline_sink_unregister(ml_pipeline_sink_h sink_handle);
 
 typedef enum ML_ANY_INT {
-  ML_PIPELINE_BUF_POLICY_AUTO_FREE = 0, /* destroys the data once it is accepted */
-  ML_PIPELINE_BUF_POLICY_DO_NOT_FREE = 1
+  ML_PIPELINE_BUF_POLICY_AUTO_FREE = 0, /* destroys the data once it is pushed */
+  ML_PIPELINE_BUF_POLICY_DO_NOT_FREE = 1,
+  ML_PIPELINE_BUF_POLICY_MAX = 2,         /* not a policy */
+  ML_PIPELINE_BUF_SRC_EVENT_EOS = 0x10000 /* ends the stream; the data is not looked at */
 } ml_pipeline_buf_policy_e;
 
 /* Finds the appsrc `src_name`. */
 ML_EXPORT int ml_pipeline_src_get_handle(ml_pipeline_h pipe, const char* src_name,
                                          ml_pipeline_src_h* src_handle);
 ML_EXPORT int ml_pipeline_src_release_handle(ml_pipeline_src_h src_handle);
-/* Copies the bytes. The data must match the caps of the appsrc; an appsrc without caps takes them
- * from the data's info. ML_ERROR_TRY_AGAIN before start and after EOS. */
+/* Copies the bytes. The data must have the number of tensors and the sizes of the appsrc's caps, or
+ * of those after it (a capsfilter); types are not compared. Media take any tensors with the bytes
+ * of a frame. An appsrc without such caps takes them from the data's info. ML_ERROR_STREAMS_PIPE
+ * after EOS. With ML_PIPELINE_BUF_POLICY_AUTO_FREE, the data stays the program's only after
+ * ML_ERROR_INVALID_PARAMETER and ML_ERROR_TRY_AGAIN. */
 ML_EXPORT int ml_pipeline_src_input_data(ml_pipeline_src_h src_handle, ml_tensors_data_h data,
                                          ml_pipeline_buf_policy_e policy);
-/* Sends EOS from the appsrc. */
+/* Sends EOS from the appsrc. Not in NNStreamer: ML_PIPELINE_BUF_SRC_EVENT_EOS does the same. */
 ML_EXPORT int ml_pipeline_src_input_data_eos(ml_pipeline_src_h src_handle);
+/* A new info of the tensors that the appsrc takes; without tensors for media, flexible tensors and
+ * caps that leave a choice. */
+ML_EXPORT int ml_pipeline_src_get_tensors_info(ml_pipeline_src_h src_handle,
+                                               ml_tensors_info_h* info);
+/* Signals of the appsrc; each function may be NULL. */
+typedef struct {
+  void (*need_data)(ml_pipeline_src_h src_handle, unsigned int length, void* user_data);
+  void (*enough_data)(ml_pipeline_src_h src_handle, void* user_data);
+  void (*seek_data)(ml_pipeline_src_h src_handle, uint64_t offset, void* user_data);
+} ml_pipeline_src_callbacks_s;
+/* Copies *cb, which replaces the functions before, until the handle is released or the pipeline
+ * destroyed. */
+ML_EXPORT int ml_pipeline_src_set_event_cb(ml_pipeline_src_h src_handle,
+                                           ml_pipeline_src_callbacks_s* cb, void* user_data);
 
 typedef enum ML_ANY_INT {
   ML_PIPELINE_SWITCH_OUTPUT_SELECTOR = 0,
@@ -104,7 +135,8 @@ ML_EXPORT int ml_pipeline_valve_release_handle(ml_pipeline_valve_h valve_handle)
 ML_EXPORT int ml_pipeline_valve_set_open(ml_pipeline_valve_h valve_handle, bool open);
 
 /* Finds any element, to set and get its properties. ML_ERROR_INVALID_PARAMETER if a property has
- * another type than the function. Free returned strings with free(). */
+ * another type than the function: bool for boolean (0 or 1), int64 also for long, uint64 for ulong,
+ * double for float, int32 and uint32 for enum. Free returned strings with free(). */
 ML_EXPORT int ml_pipeline_element_get_handle(ml_pipeline_h pipe, const char* element_name,
                                              ml_pipeline_element_h* elem_h);
 ML_EXPORT int ml_pipeline_element_release_handle(ml_pipeline_element_h elem_h);
@@ -157,8 +189,8 @@ ML_EXPORT int ml_pipeline_custom_easy_filter_register(const char* name, const ml
                                                       const ml_tensors_info_h out,
                                                       ml_custom_easy_invoke_cb cb, void* user_data,
                                                       ml_custom_easy_filter_h* custom);
-/* Waits for a callback running on another thread. Streams that still use the filter end with an
- * error. */
+/* ML_ERROR_INVALID_PARAMETER while a pipeline that uses the filter exists. Waits for a callback of
+ * ml_single_invoke running on another thread. */
 ML_EXPORT int ml_pipeline_custom_easy_filter_unregister(ml_custom_easy_filter_h custom);
 
 /* The condition of `tensor_if compared-value=CUSTOM compared-value-option=NAME`: sets *result to 0
@@ -169,6 +201,7 @@ typedef int (*ml_pipeline_if_custom_cb)(const ml_tensors_data_h data, const ml_t
 /* Registers `cb`; `user_data` must stay valid until unregister has returned. */
 ML_EXPORT int ml_pipeline_tensor_if_custom_register(const char* name, ml_pipeline_if_custom_cb cb,
                                                     void* user_data, ml_pipeline_if_h* if_custom);
+/* ML_ERROR_INVALID_PARAMETER while a pipeline that uses the condition exists. */
 ML_EXPORT int ml_pipeline_tensor_if_custom_unregister(ml_pipeline_if_h if_custom);
 
 #ifdef __cplusplus

@@ -1,8 +1,10 @@
 // ml_pipeline_custom_easy_filter_* and ml_pipeline_tensor_if_custom_*.
 // SPDX-License-Identifier: LGPL-2.1-or-later
+#include <map>
 #include <mutex>
 #include <vector>
 
+#include "callback_holds.hpp"
 #include "capi-nnstreamer/nnstreamer.h"
 #include "core/infer/queue/call_gate.hpp"
 #include "core/process/process_object.hpp"
@@ -17,6 +19,17 @@ namespace {
 
 using namespace weir;
 using namespace weir::application;
+
+// The names in use, with the number of their holds.
+struct Holds {
+  std::mutex mutex;  // guards the rest
+  std::map<CallbackName, size_t> counts;
+};
+
+Holds& all_holds() {
+  static auto* holds = new Holds;
+  return *holds;
+}
 
 // The state that Weir calls: streams may hold it after the program's handle is destroyed.
 template <class Function>
@@ -117,18 +130,60 @@ void keep(std::shared_ptr<ConditionCallback> callback) {
   kept->push_back(std::move(callback));
 }
 
+Error in_use(const std::string& name) {
+  return Error{.code = Code::OPTION_VALUE,
+               .what = "a pipeline uses the callback, which stays registered",
+               .offered = "\"" + name + "\"",
+               .needed = "a callback that no pipeline uses",
+               .fix = "ml_pipeline_destroy(pipe) before this call"};
+}
+
+Error not_registered(const std::string& name) {
+  return Error{.code = Code::CALLBACK_UNKNOWN,
+               .what = "the callback is no longer registered under its name",
+               .offered = "\"" + name + "\""};
+}
+
+// `free_name` removes the name and returns an error below 0.
 template <class Registered, class Free>
-int unregister(void* handle, const char* what, Free&& free_name) {
+int unregister(void* handle, const char* what, CallbackKind kind, Free&& free_name) {
   return guarded([&] {
-    const auto taken = Handles::all().take<Registered>(handle, what);
-    if (!taken) return fail(taken.error());
-    free_name((*taken)->callback().name.c_str());
-    (*taken)->callback().gate.close();
-    return static_cast<int>(ML_ERROR_NONE);
+    const auto found = Handles::all().find<Registered>(handle, what);
+    if (!found) return fail(found.error());
+    auto& callback = (*found)->callback();
+    if (is_held({kind, callback.name})) return fail(in_use(callback.name));
+    if (const auto taken = Handles::all().take<Registered>(handle, what); !taken)
+      return fail(taken.error());
+    const int result = free_name(callback.name.c_str());
+    callback.gate.close();
+    return result < 0 ? fail(Refusal{ML_ERROR_STREAMS_PIPE, not_registered(callback.name)})
+                      : static_cast<int>(ML_ERROR_NONE);
   });
 }
 
 }  // namespace
+
+namespace weir::application {
+
+void hold_callback(const CallbackName& name) {
+  auto& holds = all_holds();
+  std::lock_guard lock(holds.mutex);
+  ++holds.counts[name];
+}
+
+void release_callback(const CallbackName& name) {
+  auto& holds = all_holds();
+  std::lock_guard lock(holds.mutex);
+  if (--holds.counts[name] == 0) holds.counts.erase(name);
+}
+
+bool is_held(const CallbackName& name) {
+  auto& holds = all_holds();
+  std::lock_guard lock(holds.mutex);
+  return holds.counts.contains(name);
+}
+
+}  // namespace weir::application
 
 // Runs when the library is loaded: a filter or condition of a program is registered for the
 // process, also where the linker takes this library's copy of a register function.
@@ -142,7 +197,6 @@ int ml_pipeline_custom_easy_filter_register(const char* name, const ml_tensors_i
                                             ml_custom_easy_filter_h* custom) {
   return guarded([&] {
     if (!custom) return fail(null_pointer("custom"));
-    *custom = nullptr;
     if (!name || !cb || !in || !out) return fail(null_pointer("name, cb, in or out"));
     const auto inputs = tensors_or_none(in, "in"), outputs = tensors_or_none(out, "out");
     if (!inputs) return fail(inputs.error());
@@ -159,14 +213,14 @@ int ml_pipeline_custom_easy_filter_register(const char* name, const ml_tensors_i
 }
 
 int ml_pipeline_custom_easy_filter_unregister(ml_custom_easy_filter_h custom) {
-  return unregister<RegisteredFilter>(custom, "custom", weir_filter_unregister);
+  return unregister<RegisteredFilter>(custom, "custom", CallbackKind::Filter,
+                                      weir_filter_unregister);
 }
 
 int ml_pipeline_tensor_if_custom_register(const char* name, ml_pipeline_if_custom_cb cb,
                                           void* user_data, ml_pipeline_if_h* if_custom) {
   return guarded([&] {
     if (!if_custom) return fail(null_pointer("if_custom"));
-    *if_custom = nullptr;
     if (!name || !cb) return fail(null_pointer("name or cb"));
     const auto callback = std::make_shared<ConditionCallback>();
     callback->name = name;
@@ -184,5 +238,6 @@ int ml_pipeline_tensor_if_custom_register(const char* name, ml_pipeline_if_custo
 }
 
 int ml_pipeline_tensor_if_custom_unregister(ml_pipeline_if_h if_custom) {
-  return unregister<RegisteredCondition>(if_custom, "if_custom", weir_condition_unregister);
+  return unregister<RegisteredCondition>(if_custom, "if_custom", CallbackKind::Condition,
+                                         weir_condition_unregister);
 }

@@ -28,13 +28,20 @@ const char* name_of_type(int type) {
   return kNames[type];
 }
 
+// An enum can be set and read as a number.
+bool is_enum_as_number(int found, int type) {
+  return found == WEIR_PROPERTY_ENUM &&
+         (type == WEIR_PROPERTY_INT32 || type == WEIR_PROPERTY_UINT32);
+}
+
 // Runs `body` with an element if its property has this type.
 template <class Body>
 int with_property(void* handle, const char* property, int type, Body&& body) {
   return with_part<Element>(
       handle, "elem_h", [&](weir_pipeline* pipeline, const char* name, weir_error** error) {
         const int found = weir_pipeline_property_type(pipeline, name, property, error);
-        if (found < 0 || found == type) return found < 0 ? found : body(pipeline, name, error);
+        if (found < 0 || found == type || is_enum_as_number(found, type))
+          return found < 0 ? found : body(pipeline, name, error);
         const std::string call = std::string("ml_pipeline_element_set_property_") +
                                  name_of_type(found) + "() or ml_pipeline_element_get_property_" +
                                  name_of_type(found) + "()";
@@ -65,6 +72,11 @@ template <class Take>
 int get(void* handle, const char* property, int type, Take&& take) {
   return with_property(
       handle, property, type, [&](weir_pipeline* pipeline, const char* name, weir_error** error) {
+        int32_t number = 0;
+        if (is_enum_as_number(WEIR_PROPERTY_ENUM, type) &&
+            weir_pipeline_get_enum(pipeline, name, property, &number, nullptr) >= 0 &&
+            take(std::to_string(number).c_str()))
+          return 0;
         char* text = nullptr;
         const int result = weir_pipeline_get(pipeline, name, property, &text, error);
         if (result < 0) return result;
@@ -83,7 +95,6 @@ int get(void* handle, const char* property, int type, Take&& take) {
 template <class T>
 int get_number(void* handle, const char* property, int type, T* value) {
   if (!value) return fail(null_pointer("value"));
-  *value = 0;
   return get(handle, property, type, [&](const char* text) {
     const char* end = text + std::strlen(text);
     const auto [at, fault] = std::from_chars(text, end, *value);
@@ -105,6 +116,11 @@ int ml_pipeline_element_release_handle(ml_pipeline_element_h elem_h) {
 int ml_pipeline_element_set_property_bool(ml_pipeline_element_h elem_h, const char* property_name,
                                           const int32_t value) {
   return guarded([&] {
+    if (value != 0 && value != 1)
+      return fail(Error{.code = Code::OPTION_VALUE,
+                        .what = "value is not a boolean",
+                        .offered = std::to_string(value),
+                        .needed = "0 or 1"});
     return set(elem_h, property_name, WEIR_PROPERTY_BOOL, value != 0 ? "true" : "false");
   });
 }
@@ -160,7 +176,6 @@ int ml_pipeline_element_get_property_bool(ml_pipeline_element_h elem_h, const ch
                                           int32_t* value) {
   return guarded([&] {
     if (!value) return fail(null_pointer("value"));
-    *value = 0;
     return get(elem_h, property_name, WEIR_PROPERTY_BOOL, [&](const char* text) {
       *value = std::strcmp(text, "true") == 0;
       return true;
@@ -172,9 +187,11 @@ int ml_pipeline_element_get_property_string(ml_pipeline_element_h elem_h, const 
                                             char** value) {
   return guarded([&] {
     if (!value) return fail(null_pointer("value"));
-    *value = nullptr;
-    return get(elem_h, property_name, WEIR_PROPERTY_STRING,
-               [&](const char* text) { return (*value = strdup(text)) != nullptr; });
+    return get(elem_h, property_name, WEIR_PROPERTY_STRING, [&](const char* text) {
+      char* const copy = strdup(text);
+      if (copy) *value = copy;
+      return copy != nullptr;
+    });
   });
 }
 
@@ -207,13 +224,12 @@ int ml_pipeline_element_get_property_enum(ml_pipeline_element_h elem_h, const ch
                                           uint32_t* value) {
   return guarded([&] {
     if (!value) return fail(null_pointer("value"));
-    *value = 0;
     return with_property(elem_h, property_name, WEIR_PROPERTY_ENUM,
                          [&](weir_pipeline* pipeline, const char* name, weir_error** error) {
                            int32_t number = 0;
                            const int result = weir_pipeline_get_enum(pipeline, name, property_name,
                                                                      &number, error);
-                           *value = static_cast<uint32_t>(number);
+                           if (result >= 0) *value = static_cast<uint32_t>(number);
                            return result;
                          });
   });

@@ -5,7 +5,7 @@
 #include <new>
 #include <string>
 
-#include "capi-nnstreamer/ml-tensors.h"
+#include "capi-nnstreamer/ml-api-common.h"
 #include "weir/result.hpp"
 
 namespace weir::application {

@@ -2,11 +2,9 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "pipeline.hpp"
 
-#include <cstdio>
+#include <memory>
 #include <utility>
 
-#include "core/config/ini.hpp"
-#include "core/config/nnstreamer.hpp"
 #include "core/text/text.hpp"
 #include "weir/c_error.hpp"
 
@@ -31,78 +29,50 @@ Result<std::vector<Named>> list_elements(weir_pipeline* pipeline) {
 
 ml_pipeline_state_e to_ml_state(int state) {
   if (state == WEIR_PIPELINE_PLAYING) return ML_PIPELINE_STATE_PLAYING;
-  return state == WEIR_PIPELINE_PAUSED ? ML_PIPELINE_STATE_PAUSED : ML_PIPELINE_STATE_NULL;
+  return state == WEIR_PIPELINE_PAUSED ? ML_PIPELINE_STATE_PAUSED : ML_PIPELINE_STATE_READY;
 }
 
-// Logs them once per process.
-void log_faults(const config::NnstreamerConfiguration& configuration) {
-  static std::once_flag reported;
-  if (configuration.faults().empty()) return;
-  std::call_once(reported, [&configuration] {
-    for (const auto& fault : configuration.faults())
-      std::fprintf(stderr, "weir: configuration: %s\n", fault.message().c_str());
-  });
-}
-
-// Reads [element-restriction] of nnstreamer.ini and NNSTREAMER_element-restriction_KEY again;
-// nullopt: every element is allowed. An error when a configuration file exists and cannot be read
-// or parsed, because it may restrict elements.
-Result<std::optional<ElementRestriction>> element_restriction() {
-  using None = std::optional<ElementRestriction>;
-  constexpr const char* kGroup = "element-restriction";
-  const auto configuration = config::NnstreamerConfiguration::load();
-  if (const auto& unread = configuration.unread()) {
-    Error error = *unread;
-    error.what = "a pipeline cannot be checked against [element-restriction]: " + error.what;
-    return error;
-  }
-  log_faults(configuration);
-  const auto enabled = configuration.find(kGroup, "enable_element_restriction");
-  if (!enabled || !config::truth(enabled->value, false)) return None();
-  ElementRestriction out{{}, enabled->origin};
-  const auto elements = configuration.find(kGroup, "restricted_elements");
-  if (!elements) return None(std::move(out));
-  out.origin = elements->origin;
-  for (const auto word : split(elements->value, ",; "))
-    if (!strip(word).empty()) out.allowed.emplace_back(strip(word));
-  return None(std::move(out));
+// The value of a property as text; "" for one that the element does not have.
+std::string get_text(weir_pipeline* pipeline, const std::string& name, const char* property) {
+  char* text = nullptr;
+  if (weir_pipeline_get(pipeline, name.c_str(), property, &text, nullptr) < 0) return "";
+  const std::unique_ptr<char, decltype(&weir_pipeline_text_free)> owner(text,
+                                                                        weir_pipeline_text_free);
+  return text;
 }
 
 }  // namespace
 
-int Pipeline::parse(const char* text, const std::optional<ElementRestriction>& restriction,
-                    weir_pipeline** pipeline, weir_error** error) {
-  if (!restriction) return weir_pipeline_parse(text, pipeline, error);
-  std::vector<const char*> allowed;
-  for (const auto& name : restriction->allowed) allowed.push_back(name.c_str());
-  return weir_pipeline_parse_allowed(text, allowed.data(), static_cast<uint32_t>(allowed.size()),
-                                     pipeline, error);
-}
-
 std::variant<std::shared_ptr<Pipeline>, Refusal> Pipeline::construct(const char* text,
                                                                      StateCallback callback) {
-  const auto restriction = element_restriction();
+  if (!gst_init_check(nullptr, nullptr, nullptr))
+    return refusal(Error{.code = Code::INTERNAL, .what = "GStreamer cannot be started"});
+  const auto restriction = ElementRestriction::read();
   if (!restriction) return Refusal{ML_ERROR_PERMISSION_DENIED, restriction.error()};
+  if (auto status = restriction->check_text(text); !status)
+    return Refusal{ML_ERROR_NOT_SUPPORTED, status.error()};
   std::shared_ptr<Pipeline> out(new Pipeline);
   out->state_callback_ = callback;
   CError error;
-  const int result = parse(text, *restriction, &out->pipeline_, error.place());
-  if (result < 0) return refusal(error.take(result));
-  if (result > 0) {
-    Error forbidden = error.take(-WEIR_OPTION_VALUE);
-    forbidden.fix = "add the element to restricted_elements of [element-restriction] in " +
-                    (*restriction)->origin;
-    return Refusal{ML_ERROR_PERMISSION_DENIED, std::move(forbidden)};
-  }
-  if (auto status = out->connect(); !status) return refusal(status.error());
+  const int result = weir_pipeline_parse(text, &out->pipeline_, error.place());
+  if (result < 0) return Refusal{ML_ERROR_STREAMS_PIPE, error.take(result)};
+  if (auto status = out->connect(*restriction); !status)
+    return Refusal{ML_ERROR_NOT_SUPPORTED, status.error()};
+  if (auto status = out->prepare(); !status) return Refusal{ML_ERROR_STREAMS_PIPE, status.error()};
   return out;
 }
 
-Status Pipeline::connect() {
+// Connects the sinks and holds the callbacks that elements use. OPTION_VALUE: an element of the
+// pipeline is not allowed; those inside bins are not looked at.
+Status Pipeline::connect(const ElementRestriction& restriction) {
   const auto elements = list_elements(pipeline_);
   if (!elements) return elements.error();
   for (const auto& element : *elements) {
-    if (element.depth == 0) kinds_.emplace(element.name, element.kind);
+    if (element.depth == 0) {
+      if (auto status = restriction.check(element.kind); !status) return status;
+      kinds_.emplace(element.name, element.kind);
+    }
+    hold(element.name, element.kind);
     if (element.kind != "tensor_sink" && element.kind != "appsink") continue;
     auto& sink = sinks_[element.name] = std::make_unique<SinkCallbacks>(this);
     CError error;
@@ -113,6 +83,95 @@ Status Pipeline::connect() {
   if (!state_callback_.function) return ok();
   CError error;
   return error.status(weir_pipeline_on_state(pipeline_, on_state, this, error.place()));
+}
+
+void Pipeline::hold(const std::string& name, const std::string& kind) {
+  const auto add = [&](CallbackKind callback, const char* property) {
+    held_.emplace_back(callback, get_text(pipeline_, name, property));
+    hold_callback(held_.back());
+  };
+  if (kind == "tensor_filter" && get_text(pipeline_, name, "framework") == "custom-easy")
+    add(CallbackKind::Filter, "model");
+  if (kind == "tensor_if" &&
+      equal_ignoring_case(get_text(pipeline_, name, "compared-value"), "custom"))
+    add(CallbackKind::Condition, "compared-value-option");
+}
+
+// Pauses the pipeline, as NNStreamer does: frames can be pushed before it is started.
+Status Pipeline::prepare() {
+  constexpr GstClockTime kLimit = 10 * GST_MSECOND;
+  if (state_callback_.function) on_state(WEIR_PIPELINE_STOPPED, this);
+  CError error;
+  if (auto status = error.status(weir_pipeline_pause(pipeline_, error.place())); !status)
+    return status;
+  GstState state = GST_STATE_NULL;
+  if (get_state(kLimit, &state) != GST_STATE_CHANGE_FAILURE) return ok();
+  CError reason;
+  auto failed = reason.status(weir_pipeline_wait(pipeline_, 0, reason.place()));
+  return failed ? Status(Error{.code = Code::INTERNAL, .what = "the pipeline cannot be paused"})
+                : failed;
+}
+
+GstStateChangeReturn Pipeline::get_state(GstClockTime limit, GstState* state) const {
+  const ElementRef pipeline(weir_pipeline_get_element(pipeline_, nullptr));
+  return gst_element_get_state(pipeline.get(), state, nullptr, limit);
+}
+
+Refusal Pipeline::refused(const Error& error) const {
+  CError failure;
+  const int result = weir_pipeline_wait(pipeline_, 0, failure.place());
+  const bool is_of_stream = result < 0 && failure.take(result).what == error.what;
+  if (error.code == Code::CANCELLED || !is_of_stream) return refusal(error);
+  return Refusal{ML_ERROR_STREAMS_PIPE, error};
+}
+
+Status Pipeline::flush() {
+  CError error;
+  if (auto status = error.status(weir_pipeline_stop(pipeline_, error.place())); !status)
+    return status;
+  std::vector<std::weak_ptr<SourceEvents>> all;
+  {
+    std::lock_guard lock(mutex_);
+    ended_.clear();
+    all = events_;
+  }
+  // Stopping replaces an appsrc.
+  for (const auto& each : all)
+    if (const auto events = each.lock())
+      events->connect(
+          ElementRef(weir_pipeline_get_element(pipeline_, events->source().c_str())).get());
+  CError again;
+  return again.status(weir_pipeline_pause(pipeline_, again.place()));
+}
+
+int Pipeline::end(const std::string& name, weir_error** error) {
+  {
+    std::lock_guard lock(mutex_);
+    ended_.insert(name);
+  }
+  return weir_pipeline_end(pipeline_, name.c_str(), error);
+}
+
+bool Pipeline::has_ended(const std::string& name) const {
+  {
+    std::lock_guard lock(mutex_);
+    if (ended_.contains(name)) return true;
+  }
+  const ElementRef element(weir_pipeline_get_element(pipeline_, name.c_str()));
+  GstPad* const pad = element ? gst_element_get_static_pad(element.get(), "src") : nullptr;
+  if (!pad) return false;
+  const bool out = GST_PAD_IS_EOS(pad);
+  gst_object_unref(pad);
+  return out;
+}
+
+void Pipeline::connect_events(const std::shared_ptr<SourceEvents>& events) {
+  {
+    std::lock_guard lock(mutex_);
+    std::erase_if(events_, [](const auto& each) { return each.expired(); });
+    events_.push_back(events);
+  }
+  events->connect(ElementRef(weir_pipeline_get_element(pipeline_, events->source().c_str())).get());
 }
 
 Pipeline::~Pipeline() {
@@ -156,16 +215,21 @@ Status Pipeline::stop() {
 }
 
 void Pipeline::close() {
+  std::vector<std::weak_ptr<SourceEvents>> all;
   {
     std::lock_guard lock(mutex_);
     closed_ = true;
+    all.swap(events_);
   }
   if (pipeline_) weir_pipeline_stop(pipeline_, nullptr);  // ends waiting calls and callbacks
+  for (const auto& each : all)
+    if (const auto events = each.lock()) events->close();
   std::unique_lock lock(mutex_);
   left_.wait(lock, [this] { return uses_ == 0; });
   weir_pipeline* pipeline = std::exchange(pipeline_, nullptr);
   lock.unlock();
   weir_pipeline_free(pipeline);
+  for (const auto& name : std::exchange(held_, {})) release_callback(name);
 }
 
 SinkCallbacks* Pipeline::sink(const std::string& name) const {

@@ -1,28 +1,31 @@
 // Pipeline: a program's pipeline, and leases that delay its destruction.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
+#include <gst/gst.h>
+
 #include <condition_variable>
 #include <map>
 #include <memory>
 #include <mutex>
-#include <optional>
+#include <set>
 #include <string>
 #include <variant>
 #include <vector>
 
+#include "callback_holds.hpp"
+#include "element_restriction.hpp"
 #include "handles.hpp"
 #include "ml_error.hpp"
 #include "sink_callbacks.hpp"
+#include "source_events.hpp"
 #include "weir/pipeline.h"
 
 namespace weir::application {
 
-// The elements that the configuration allows ([element-restriction],
-// docs/compatibility/app-api.md 8.1).
-struct ElementRestriction {
-  std::vector<std::string> allowed;
-  std::string origin;  // "/etc/nnstreamer.ini:7"
+struct UnrefElement {
+  void operator()(GstElement* element) const noexcept { gst_object_unref(element); }
 };
+using ElementRef = std::unique_ptr<GstElement, UnrefElement>;
 
 // Thread-safe.
 class Pipeline : public Object, public std::enable_shared_from_this<Pipeline> {
@@ -32,8 +35,9 @@ class Pipeline : public Object, public std::enable_shared_from_this<Pipeline> {
     ml_pipeline_state_cb function = nullptr;
     void* data = nullptr;
   };
-  // Errors of weir_pipeline_parse; ML_ERROR_PERMISSION_DENIED for an element that the configuration
-  // does not allow, and when the configuration cannot be read.
+  // Pauses the new pipeline. ML_ERROR_STREAMS_PIPE for a text or a state change that fails,
+  // ML_ERROR_NOT_SUPPORTED for an element that the configuration does not allow,
+  // ML_ERROR_PERMISSION_DENIED when the configuration cannot be read.
   static std::variant<std::shared_ptr<Pipeline>, Refusal> construct(const char* text,
                                                                     StateCallback callback);
   ~Pipeline() override;
@@ -62,6 +66,12 @@ class Pipeline : public Object, public std::enable_shared_from_this<Pipeline> {
   Status not_from_its_callback() const;
   // Stops the pipeline. CANCELLED: this is a streaming thread of the pipeline.
   Status stop();
+  // Discards frames and errors and pauses the pipeline.
+  Status flush();
+  // The state of GStreamer's pipeline, or its failure.
+  GstStateChangeReturn get_state(GstClockTime limit, GstState* state) const;
+  // Converts an error of a call: ML_ERROR_STREAMS_PIPE if the stream has failed.
+  Refusal refused(const Error& error) const;
   // Stops the pipeline, waits for all leases and frees it. Must not be called in its callbacks.
   void close();
 
@@ -69,14 +79,18 @@ class Pipeline : public Object, public std::enable_shared_from_this<Pipeline> {
   SinkCallbacks* sink(const std::string& name) const;
   // Returns the factory name, for example "valve"; "" if the text contains no such element.
   std::string get_kind(const std::string& name) const;
+  // Ends the stream of the appsrc; tells whether that has happened since the last flush.
+  int end(const std::string& name, weir_error** error);
+  bool has_ended(const std::string& name) const;
+  // Calls `events` for the appsrc of its name, as long as `events` exists.
+  void connect_events(const std::shared_ptr<SourceEvents>& events);
 
  private:
   Pipeline() = default;
   void leave();
-  // Returns 1 if an element is not allowed.
-  static int parse(const char* text, const std::optional<ElementRestriction>& restriction,
-                   weir_pipeline** pipeline, weir_error** error);
-  Status connect();
+  Status connect(const ElementRestriction& restriction);
+  void hold(const std::string& name, const std::string& kind);
+  Status prepare();
   static void on_state(int state, void* self);
 
   // Written only by construct().
@@ -84,8 +98,11 @@ class Pipeline : public Object, public std::enable_shared_from_this<Pipeline> {
   StateCallback state_callback_;
   std::map<std::string, std::string> kinds_;
   std::map<std::string, std::unique_ptr<SinkCallbacks>> sinks_;
+  std::vector<CallbackName> held_;
 
-  std::mutex mutex_;  // guards the rest
+  mutable std::mutex mutex_;  // guards the rest
+  std::set<std::string> ended_;
+  std::vector<std::weak_ptr<SourceEvents>> events_;
   std::condition_variable left_;
   size_t uses_ = 0;
   bool closed_ = false;

@@ -1,19 +1,11 @@
-// ml_pipeline_construct to ml_pipeline_destroy; sinks and sources.
+// ml_pipeline_construct to ml_pipeline_destroy; sinks.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "pipeline_part.hpp"
-#include "tensors_data.hpp"
 
 namespace {
 
 using namespace weir;
 using namespace weir::application;
-
-class Source : public PipelinePart {
- public:
-  static constexpr const char* kKind = "source";
-  using PipelinePart::PipelinePart;
-  const char* kind() const noexcept override { return kKind; }
-};
 
 class Sink : public PipelinePart {
  public:
@@ -41,25 +33,23 @@ int change(ml_pipeline_h pipe, Body&& body) {
     const auto pipeline = use_pipeline(pipe);
     if (!pipeline) return fail(pipeline.error());
     if (auto status = (*pipeline)->not_from_its_callback(); !status) return fail(status.error());
-    return to_ml_error(body(*pipeline));
+    const Status status = body(*pipeline);
+    if (status || status.error().code == Code::CANCELLED) return to_ml_error(status);
+    return fail(Refusal{ML_ERROR_STREAMS_PIPE, status.error()});
   });
 }
 
-Error no_policy(int policy) {
-  return Error{.code = Code::OPTION_VALUE,
-               .what = "policy is not a value of ml_pipeline_buf_policy_e",
-               .offered = std::to_string(policy),
-               .needed = "ML_PIPELINE_BUF_POLICY_AUTO_FREE or ML_PIPELINE_BUF_POLICY_DO_NOT_FREE"};
-}
-
-bool stopped(const Pipeline::Use& pipeline) {
-  return weir_pipeline_get_state(pipeline.get()) == WEIR_PIPELINE_STOPPED;
-}
-
-ml_pipeline_state_e get_state(const Pipeline::Use& pipeline) {
-  const int state = weir_pipeline_get_state(pipeline.get());
-  if (state == WEIR_PIPELINE_PLAYING) return ML_PIPELINE_STATE_PLAYING;
-  return state == WEIR_PIPELINE_PAUSED ? ML_PIPELINE_STATE_PAUSED : ML_PIPELINE_STATE_NULL;
+ml_pipeline_state_e to_ml_state(GstState state) {
+  switch (state) {
+    case GST_STATE_READY:
+      return ML_PIPELINE_STATE_READY;
+    case GST_STATE_PAUSED:
+      return ML_PIPELINE_STATE_PAUSED;
+    case GST_STATE_PLAYING:
+      return ML_PIPELINE_STATE_PLAYING;
+    default:
+      return ML_PIPELINE_STATE_NULL;
+  }
 }
 
 }  // namespace
@@ -68,8 +58,8 @@ int ml_pipeline_construct(const char* pipeline_description, ml_pipeline_state_cb
                           void* user_data, ml_pipeline_h* pipe) {
   return guarded([&] {
     if (!pipe) return fail(null_pointer("pipe"));
-    *pipe = nullptr;
     if (!pipeline_description) return fail(null_pointer("pipeline_description"));
+    *pipe = nullptr;
     auto made = Pipeline::construct(pipeline_description, {cb, user_data});
     if (const auto* refused = std::get_if<Refusal>(&made)) return fail(*refused);
     *pipe = Handles::all().add(std::get<0>(std::move(made)));
@@ -95,14 +85,12 @@ int ml_pipeline_start(ml_pipeline_h pipe) {
 }
 
 int ml_pipeline_stop(ml_pipeline_h pipe) {
-  return change(pipe, [](const auto& pipeline) {
-    return stopped(pipeline) ? ok() : call(pipeline, weir_pipeline_pause);
-  });
+  return change(pipe, [](const auto& pipeline) { return call(pipeline, weir_pipeline_pause); });
 }
 
 int ml_pipeline_flush(ml_pipeline_h pipe, bool start) {
   return change(pipe, [start](const auto& pipeline) {
-    if (auto status = call(pipeline, weir_pipeline_stop); !status) return status;
+    if (auto status = pipeline->flush(); !status) return status;
     return start ? call(pipeline, weir_pipeline_start) : ok();
   });
 }
@@ -110,10 +98,11 @@ int ml_pipeline_flush(ml_pipeline_h pipe, bool start) {
 int ml_pipeline_get_state(ml_pipeline_h pipe, ml_pipeline_state_e* state) {
   return guarded([&] {
     if (!state) return fail(null_pointer("state"));
-    *state = ML_PIPELINE_STATE_UNKNOWN;
     const auto pipeline = use_pipeline(pipe);
     if (!pipeline) return fail(pipeline.error());
-    *state = get_state(*pipeline);
+    GstState now = GST_STATE_NULL;
+    (void)(*pipeline)->get_state(GST_MSECOND, &now);
+    *state = to_ml_state(now);
     CError error;
     const int result = weir_pipeline_wait(pipeline->get(), 0, error.place());
     return result < 0 ? fail(Refusal{ML_ERROR_STREAMS_PIPE, error.take(result)})
@@ -125,7 +114,6 @@ int ml_pipeline_sink_register(ml_pipeline_h pipe, const char* sink_name, ml_pipe
                               void* user_data, ml_pipeline_sink_h* sink_handle) {
   return guarded([&] {
     if (!sink_handle) return fail(null_pointer("sink_handle"));
-    *sink_handle = nullptr;
     if (!sink_name || !cb) return fail(null_pointer("sink_name or cb"));
     const auto pipeline = use_pipeline(pipe);
     if (!pipeline) return fail(pipeline.error());
@@ -134,9 +122,9 @@ int ml_pipeline_sink_register(ml_pipeline_h pipe, const char* sink_name, ml_pipe
     const auto callback = std::make_shared<SinkCallback>();
     callback->function = cb;
     callback->data = user_data;
+    (*pipeline)->sink(sink_name)->add(callback);
     *sink_handle = Handles::all().add(
         std::make_shared<Sink>((**pipeline).weak_from_this(), sink_name, callback));
-    (*pipeline)->sink(sink_name)->add(callback);
     return static_cast<int>(ML_ERROR_NONE);
   });
 }
@@ -150,36 +138,4 @@ int ml_pipeline_sink_unregister(ml_pipeline_sink_h sink_handle) {
     (*sink)->callback()->gate.close();
     return static_cast<int>(ML_ERROR_NONE);
   });
-}
-
-int ml_pipeline_src_get_handle(ml_pipeline_h pipe, const char* src_name,
-                               ml_pipeline_src_h* src_handle) {
-  return get_part<Source>(pipe, src_name, "appsrc", src_handle);
-}
-
-int ml_pipeline_src_release_handle(ml_pipeline_src_h src_handle) {
-  return release_part<Source>(src_handle, "src_handle");
-}
-
-int ml_pipeline_src_input_data(ml_pipeline_src_h src_handle, ml_tensors_data_h data,
-                               ml_pipeline_buf_policy_e policy) {
-  return guarded([&] {
-    if (policy != ML_PIPELINE_BUF_POLICY_AUTO_FREE && policy != ML_PIPELINE_BUF_POLICY_DO_NOT_FREE)
-      return fail(no_policy(policy));
-    const auto found = Handles::all().find<TensorsData>(data, "data");
-    if (!found) return fail(found.error());
-    const auto push = [&](weir_pipeline* pipeline, const char* name, weir_error** error) {
-      const auto tensors = (*found)->c_tensors();
-      return weir_pipeline_push(pipeline, name, tensors.data(),
-                                static_cast<uint32_t>(tensors.size()), -1, -1, error);
-    };
-    const int result = with_part<Source>(src_handle, "src_handle", push);
-    if (result == ML_ERROR_NONE && policy == ML_PIPELINE_BUF_POLICY_AUTO_FREE)
-      (void)Handles::all().take<TensorsData>(data, "data");
-    return result;
-  });
-}
-
-int ml_pipeline_src_input_data_eos(ml_pipeline_src_h src_handle) {
-  return with_part<Source>(src_handle, "src_handle", weir_pipeline_end);
 }

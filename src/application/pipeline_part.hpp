@@ -46,7 +46,6 @@ template <class Part>
 int get_part(void* pipe, const char* name, const char* kinds, void** handle) {
   return guarded([&] {
     if (!handle || !name) return fail(null_pointer("the handle or the name"));
-    *handle = nullptr;
     const auto pipeline = use_pipeline(pipe);
     if (!pipeline) return fail(pipeline.error());
     if (auto status = check_kind(*pipeline, name, kinds); !status) return fail(status.error());

@@ -2,13 +2,16 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "single.hpp"
 
-#include <array>
+#include <algorithm>
 #include <filesystem>
 #include <optional>
 #include <utility>
+#include <vector>
 
 #include "core/infer/module/custom_options.hpp"
+#include "core/infer/module/module_library.hpp"
 #include "core/text/text.hpp"
+#include "nnfw.hpp"
 #include "weir/c_error.hpp"
 #include "weir/join.hpp"
 
@@ -63,62 +66,6 @@ std::vector<weir_option> c_options(const Pairs& pairs) {
   return out;
 }
 
-// Returns the engine's name; nullopt: invalid number; "": chosen by the model file. `model` selects
-// among the custom engines.
-std::optional<std::string> framework_name(ml_nnfw_type_e type, const std::string& model) {
-  constexpr std::array kNames{"",
-                              "custom-easy",
-                              "tensorflow-lite",
-                              "tensorflow",
-                              "nnfw",
-                              "movidius-ncsdk2",
-                              "openvino",
-                              "vivante",
-                              "edgetpu",
-                              "armnn",
-                              "snpe",
-                              "pytorch",
-                              "trix-engine",
-                              "tvm",
-                              "onnxruntime",
-                              "ncnn",
-                              "tensorrt",
-                              "executorch"};
-  static_assert(kNames.size() == ML_NNFW_TYPE_EXECUTORCH + 1);
-  const auto number = static_cast<size_t>(type);
-  if (number >= kNames.size()) return std::nullopt;
-  std::error_code ignored;
-  if (type == ML_NNFW_TYPE_CUSTOM_FILTER && std::filesystem::is_regular_file(model, ignored))
-    return "custom";
-  return kNames[number];
-}
-
-// Returns for example "cpu" or "npu.edgetpu"; "": the engine's choice; nullopt: invalid number.
-std::optional<std::string> accelerator_name(ml_nnfw_hw_e hardware) {
-  constexpr std::pair<ml_nnfw_hw_e, const char*> kNames[]{{ML_NNFW_HW_ANY, ""},
-                                                          {ML_NNFW_HW_AUTO, "auto"},
-                                                          {ML_NNFW_HW_DEFAULT, ""},
-                                                          {ML_NNFW_HW_CPU, "cpu"},
-                                                          {ML_NNFW_HW_CPU_SIMD, "cpu.simd"},
-                                                          {ML_NNFW_HW_GPU, "gpu"},
-                                                          {ML_NNFW_HW_NPU, "npu"},
-                                                          {ML_NNFW_HW_NPU_MOVIDIUS, "npu.movidius"},
-                                                          {ML_NNFW_HW_NPU_EDGE_TPU, "npu.edgetpu"},
-                                                          {ML_NNFW_HW_NPU_VIVANTE, "npu.vivante"},
-                                                          {ML_NNFW_HW_NPU_SLSI, "npu.slsi"},
-                                                          {ML_NNFW_HW_NPU_SR, "npu.sr"}};
-  for (const auto& [number, name] : kNames)
-    if (number == hardware) return name;
-  return std::nullopt;
-}
-
-Error no_such_number(const char* what, int number, const char* needed) {
-  return Error{.code = Code::OPTION_VALUE,
-               .what = what,
-               .offered = std::to_string(number),
-               .needed = needed};
-}
-
 Error nothing_came() {
   return Error{.code = Code::INVOKE_FAILED,
                .what = "the model returned no output for these inputs",
@@ -133,22 +80,198 @@ Error in_calls_of_this_face(Error error) {
 
 }  // namespace
 
-Result<std::shared_ptr<Single>> Single::open(const SingleRequest& request) {
-  const auto engine = framework_name(request.framework, request.model);
-  if (!engine)
-    return no_such_number("nnfw is not a value of ml_nnfw_type_e", request.framework,
-                          "ML_NNFW_TYPE_ANY to ML_NNFW_TYPE_EXECUTORCH");
-  const auto accelerator = accelerator_name(request.hardware);
-  if (!accelerator)
-    return no_such_number(
-        "hw is not a value of ml_nnfw_hw_e", request.hardware,
-        "a value from nnstreamer-single.h, such as ML_NNFW_HW_ANY or ML_NNFW_HW_CPU");
-  std::vector<std::string> paths;
-  for (const auto path : split(request.model, ",")) paths.emplace_back(strip(path));
+namespace {
+
+using Model = std::shared_ptr<weir_loaded_model>;
+
+std::vector<weir_tensor_info> input_infos(const Model& model) {
+  return get_infos(model.get(), weir_model_input_count(model.get()), weir_model_input);
+}
+
+std::vector<weir_tensor_info> output_infos(const Model& model) {
+  return get_infos(model.get(), weir_model_output_count(model.get()), weir_model_output);
+}
+
+std::vector<std::string> split_paths(const std::string& model) {
+  std::vector<std::string> out;
+  for (const auto path : split(model, ",")) out.emplace_back(strip(path));
+  return out;
+}
+
+Refusal unsupported(Error error) {
+  return Refusal{ML_ERROR_NOT_SUPPORTED, std::move(error)};
+}
+
+Refusal invalid(Error error) {
+  return Refusal{ML_ERROR_INVALID_PARAMETER, std::move(error)};
+}
+
+Status check_files(const SingleRequest& request, const std::vector<std::string>& paths) {
+  for (const auto& path : paths) {
+    std::error_code ignored;
+    const bool is_folder = std::filesystem::is_directory(path, ignored);
+    if (std::filesystem::is_regular_file(path, ignored) ||
+        (is_folder && request.framework == "nnfw"))
+      continue;
+    return Error{.code = Code::MODEL_NOT_FOUND,
+                 .what = is_folder ? "the model is a folder" : "the model file does not exist",
+                 .offered = path,
+                 .needed = "a file"};
+  }
+  return ok();
+}
+
+// Sets the engine for ML_NNFW_TYPE_ANY. A custom filter without a file is one of the program.
+Status choose_framework(const std::vector<std::string>& paths, SingleRequest* request) {
+  std::error_code ignored;
+  if (request->type == ML_NNFW_TYPE_CUSTOM_FILTER && request->framework == "custom" &&
+      paths.size() == 1 && !std::filesystem::exists(paths[0], ignored))
+    request->framework = "custom-easy";
+  if (!request->framework.empty()) return ok();
+  const auto choice = infer::ModuleLibrary::instance().choose_engine(paths);
+  if (!choice) return choice.error();
+  request->framework = choice->engine;
+  request->type = framework_number(choice->engine);
+  return ok();
+}
+
+Error no_engine(const SingleRequest& request) {
+  const auto engine = infer::ModuleLibrary::instance().engine(request.framework);
+  if (!engine) return engine.error();
+  return Error{.code = Code::OPTION_VALUE,
+               .what = "the framework " + request.framework + " does not run on this hardware",
+               .offered = request.accelerator,
+               .needed = "ML_NNFW_HW_ANY, or hardware that it supports"};
+}
+
+// What NNStreamer checks before it opens a model, in its order.
+std::optional<Refusal> check_request(SingleRequest* request) {
+  const auto paths = split_paths(request->model);
+  const bool is_by_name = request->type == ML_NNFW_TYPE_ANY && !request->framework.empty();
+  if (auto status = choose_framework(paths, request);
+      !status && check_files(*request, paths))  // a missing file is the first reason
+    return invalid(status.error());
+  const bool has_files = request->framework != "custom-easy" && request->framework != "oip";
+  if (has_files)
+    if (auto status = check_files(*request, paths); !status) return invalid(status.error());
+  if (has_files && !is_by_name)
+    if (auto status = check_model_name(request->type, paths); !status)
+      return invalid(status.error());
+  const auto needs = [&](const char* what) {
+    return Error{.code = Code::OPTION_VALUE,
+                 .what = std::string("the framework ") + request->framework + what,
+                 .offered = request->model};
+  };
+  if (is_unsupported(request->type)) return unsupported(needs(" is not supported"));
+  if (!is_available(request->framework, request->accelerator))
+    return unsupported(no_engine(*request));
+  if (needs_infos(request->type) && (request->inputs.empty() || request->outputs.empty()))
+    return invalid(needs(" needs input_info and output_info"));
+  return std::nullopt;
+}
+
+// A framework that refuses its model is a failure, not a wrong argument.
+Refusal cannot_open(const Error& error) {
+  switch (error.code) {
+    case Code::ENGINE_UNKNOWN:
+    case Code::ENGINE_NOT_INSTALLED:
+    case Code::OUT_OF_MEMORY:
+    case Code::CALLBACK_UNKNOWN:
+    case Code::SPEC_MISMATCH:
+      return refusal(error);
+    default:
+      return Refusal{ML_ERROR_STREAMS_PIPE, error};
+  }
+}
+
+// A call during an invoke that has timed out may be tried again.
+Refusal cannot_invoke(const Error& error) {
+  if (error.code == Code::WORKER_TIMEOUT && error.what != "the model timed out")
+    return Refusal{ML_ERROR_TRY_AGAIN, error};
+  return refusal(in_calls_of_this_face(error));
+}
+
+// The specs in the rank of the model. In a model of any rank, in their own rank without trailing 1s
+// and `more` 1s.
+std::vector<weir_tensor_info> in_rank(const TensorSpecs& wanted,
+                                      const std::vector<weir_tensor_info>& model, size_t more) {
+  std::vector<weir_tensor_info> out;
+  for (size_t i = 0; i < wanted.size(); ++i) {
+    const bool is_any = i < model.size() && model[i].rank > WEIR_RANK_LIMIT;
+    TensorSpec spec = wanted[i];
+    if (is_any)
+      spec.shape = spec.shape.with_rank(std::min(kRankLimit, spec.shape.min_rank() + more));
+    out.push_back(i < model.size() && !is_any ? with_rank(spec, model[i]) : c_info(spec));
+    out.back().name = nullptr;
+  }
+  return out;
+}
+
+Status reshape(const Model& model, const TensorSpecs& wanted,
+               const std::vector<weir_tensor_info>& declared) {
+  const bool is_any_rank = std::any_of(declared.begin(), declared.end(), [](const auto& info) {
+    return info.rank > WEIR_RANK_LIMIT;
+  });
+  Status status = ok();
+  for (size_t more = 0; more < (is_any_rank ? kRankLimit : 1); ++more) {
+    const auto shapes = in_rank(wanted, declared, more);
+    CError error;
+    status = error.status(weir_model_reshape(model.get(), shapes.data(),
+                                             static_cast<uint32_t>(shapes.size()), error.place()));
+    if (status) break;
+  }
+  return status;
+}
+
+// Gives tensors the descriptions of the model if their sizes agree, whatever their types. Shapes
+// that the model leaves open are those of the tensors. FRAME_SIZE: a size differs.
+Status take_descriptions(const std::vector<weir_tensor_info>& infos, const char* role,
+                         std::vector<weir_tensor>* tensors) {
+  for (size_t i = 0; i < tensors->size() && i < infos.size(); ++i) {
+    weir_tensor& tensor = (*tensors)[i];
+    const auto needed = to_spec(infos[i]);
+    if (known(infos[i]) && needed.bytes() != tensor.bytes)
+      return Error{.code = Code::FRAME_SIZE,
+                   .what = std::string(role) + " " + std::to_string(i) +
+                           " has a size that does not match the info of the model",
+                   .offered = describe({to_spec(tensor.info)}),
+                   .needed = describe({needed})};
+    tensor.info = known(infos[i]) ? infos[i] : with_rank(to_spec(tensor.info), infos[i]);
+    tensor.info.name = nullptr;
+  }
+  return ok();
+}
+
+}  // namespace
+
+Single::Outcome<std::shared_ptr<Single>> Single::open(SingleRequest request) {
+  if (auto refused = check_request(&request)) return *std::move(refused);
+  auto model = load(request, false);
+  if (!model) return cannot_open(model.error());
+  std::shared_ptr<Single> single(new Single(*std::move(model), std::move(request)));
+  const auto& inputs = single->request_.inputs;
+  if (!inputs.empty()) {
+    auto set = single->set_inputs(inputs);
+    if (auto* refused = std::get_if<Refusal>(&set)) return invalid(std::move(refused->error));
+  }
+  if (auto status = single->agree(); !status) return invalid(status.error());
+  return single;
+}
+
+Single::Single(Model model, SingleRequest request)
+    : request_(std::move(request)), model_(std::move(model)) {
+  const auto infos = input_infos(model_);
+  has_open_inputs_ = !std::all_of(infos.begin(), infos.end(), known);
+}
+
+// `resizable`: the shapes of the inputs are open, whatever the file says.
+Result<Single::Model> Single::load(const SingleRequest& request, bool resizable) {
+  const auto paths = split_paths(request.model);
   std::vector<const char*> c_paths;
   c_paths.reserve(paths.size());
   for (const auto& path : paths) c_paths.push_back(path.c_str());
-  const Pairs options = infer::custom_options(request.custom);
+  Pairs options = infer::custom_options(request.custom);
+  if (resizable) options.emplace_back("Resize", "rank");
   Pairs declared;
   declare("input", request.inputs, &declared);
   declare("output", request.outputs, &declared);
@@ -156,8 +279,8 @@ Result<std::shared_ptr<Single>> Single::open(const SingleRequest& request) {
   weir_model_options open = WEIR_MODEL_OPTIONS_INIT;
   open.paths = c_paths.data();
   open.n_paths = static_cast<uint32_t>(c_paths.size());
-  open.engine = engine->c_str();
-  open.accelerator = accelerator->c_str();
+  open.engine = request.framework.c_str();
+  open.accelerator = request.accelerator == "default" ? "" : request.accelerator.c_str();
   open.options = c_custom.data();
   open.n_options = static_cast<uint32_t>(c_custom.size());
   open.declared = c_declared.data();
@@ -166,137 +289,119 @@ Result<std::shared_ptr<Single>> Single::open(const SingleRequest& request) {
   CError error;
   const int result = weir_model_open(&open, &model, error.place());
   if (result < 0) return error.take(result);
-  std::shared_ptr<Single> single(new Single(model, request, *accelerator));
-  if (!request.inputs.empty())
-    if (auto status = single->set_inputs(request.inputs); !status) return status.error();
-  if (auto status = single->agree(); !status) return status.error();
-  return single;
+  return Model(model, weir_model_close);
+}
+
+Single::Model Single::model() const {
+  std::lock_guard lock(mutex_);
+  return model_;
 }
 
 // Checks that the requested outputs match the model's, as far as the model gives them.
 Status Single::agree() const {
   if (request_.outputs.empty()) return ok();
-  const auto infos =
-      get_infos(model_.get(), weir_model_output_count(model_.get()), weir_model_output);
-  for (const auto& info : infos)
-    if (!known(info)) return ok();
+  const auto infos = output_infos(model());
+  if (!std::all_of(infos.begin(), infos.end(), known)) return ok();
   return check_same("output_info differs from the outputs of the model", request_.outputs,
                     to_specs(infos));
 }
 
 TensorSpecs Single::inputs() const {
-  return to_specs(get_infos(model_.get(), weir_model_input_count(model_.get()), weir_model_input));
+  return to_specs(input_infos(model()));
 }
 
 TensorSpecs Single::outputs() const {
-  return to_specs(
-      get_infos(model_.get(), weir_model_output_count(model_.get()), weir_model_output));
+  return to_specs(output_infos(model()));
 }
 
-Status Single::set_inputs(const TensorSpecs& wanted) {
-  const auto infos =
-      get_infos(model_.get(), weir_model_input_count(model_.get()), weir_model_input);
-  std::vector<weir_tensor_info> shapes;
-  for (size_t i = 0; i < wanted.size(); ++i)
-    shapes.push_back(i < infos.size() ? with_rank(wanted[i], infos[i]) : c_info(wanted[i]));
-  CError error;
-  return error.status(weir_model_reshape(model_.get(), shapes.data(),
-                                         static_cast<uint32_t>(shapes.size()), error.place()));
+Result<Single::Model> Single::resized(const TensorSpecs& wanted) const {
+  auto opened = load(request_, true);
+  if (!opened) return opened;
+  if (auto status = reshape(*opened, wanted, input_infos(*opened)); !status) return status.error();
+  return opened;
+}
+
+Single::Outcome<Single::Done> Single::set_inputs(const TensorSpecs& wanted) {
+  const auto current = model();
+  const auto now = to_specs(input_infos(current));
+  if (!has_open_inputs_ && first_difference(wanted, now).empty()) return Done();
+  Status status = reshape(current, wanted, input_infos(current));
+  if (status) return Done();
+  const bool differs_in_shape =
+      wanted.size() == now.size() &&
+      std::equal(wanted.begin(), wanted.end(), now.begin(),
+                 [](const auto& a, const auto& b) { return a.type == b.type; });
+  if (!differs_in_shape || has_open_inputs_) return invalid(status.error());
+  if (request_.framework != "tensorflow-lite") return unsupported(status.error());
+  auto other = resized(wanted);
+  if (!other) return invalid(other.error());
+  std::lock_guard lock(mutex_);
+  constexpr int64_t kNanoseconds = 1'000'000;
+  weir_model_set_timeout(other->get(), timeout_ms_ * kNanoseconds);
+  model_ = *std::move(other);
+  return Done();
 }
 
 void Single::set_timeout(unsigned ms) noexcept {
   constexpr int64_t kNanoseconds = 1'000'000;
+  std::lock_guard lock(mutex_);
+  timeout_ms_ = ms;
   weir_model_set_timeout(model_.get(), ms * kNanoseconds);
 }
 
-std::vector<weir_tensor> Single::fitted(const TensorsData& input, const TensorSpecs& shapes) const {
-  const auto infos =
-      get_infos(model_.get(), weir_model_input_count(model_.get()), weir_model_input);
+Single::Outcome<std::shared_ptr<TensorsData>> Single::invoke(const TensorsData& input) {
+  const auto current = model();
   auto tensors = input.c_tensors();
-  for (size_t i = 0; i < tensors.size(); ++i) {
-    const TensorSpec& spec = i < shapes.size() ? shapes[i] : input.tensors()[i];
-    tensors[i].info = i < infos.size() ? with_rank(spec, infos[i]) : c_info(spec);
-  }
-  return tensors;
-}
-
-Result<std::shared_ptr<TensorsData>> Single::invoke(const TensorsData& input,
-                                                    const TensorSpecs& shapes) {
-  const auto tensors = fitted(input, shapes);
+  if (auto status = take_descriptions(input_infos(current), "input", &tensors); !status)
+    return invalid(status.error());
   weir_results* raw = nullptr;
   CError error;
-  const int result = weir_model_invoke(model_.get(), tensors.data(),
+  const int result = weir_model_invoke(current.get(), tensors.data(),
                                        static_cast<uint32_t>(tensors.size()), &raw, error.place());
-  if (result < 0) return in_calls_of_this_face(error.take(result));
-  if (!raw) return nothing_came();
+  if (result < 0) return cannot_invoke(error.take(result));
+  if (!raw) return refusal(nothing_came());
   const std::shared_ptr<weir_results> results(raw, weir_results_free);
   std::vector<weir_tensor> out(weir_results_count(raw));
   for (uint32_t i = 0; i < out.size(); ++i) weir_results_tensor(raw, i, &out[i]);
-  return make_data(out, results, TensorsData::Access::ReadOnly);
+  const bool is_lent = std::any_of(out.begin(), out.end(), [](const weir_tensor& tensor) {
+    return (tensor.flags & WEIR_TENSOR_READONLY) != 0;
+  });
+  return make_data(out, results,
+                   is_lent ? TensorsData::Access::ReadOnly : TensorsData::Access::ReadWrite);
 }
 
-Status Single::invoke_into(const TensorsData& input, const TensorsData& output) {
+Single::Outcome<Single::Done> Single::invoke_into(const TensorsData& input,
+                                                  const TensorsData& output) {
   if (!output.writable())
-    return Error{.code = Code::OPTION_VALUE,
-                 .what = "the outputs cannot be written into this data",
-                 .offered = "read-only data",
-                 .needed = "data created with ml_tensors_data_create()",
-                 .fix = "ml_tensors_data_create(output_info, &output)"};
-  const auto tensors = fitted(input, {});
+    return invalid(Error{.code = Code::OPTION_VALUE,
+                         .what = "the outputs cannot be written into this data",
+                         .offered = "read-only data",
+                         .needed = "data created with ml_tensors_data_create()",
+                         .fix = "ml_tensors_data_create(output_info, &output)"});
+  const auto current = model();
+  auto tensors = input.c_tensors();
+  if (auto status = take_descriptions(input_infos(current), "input", &tensors); !status)
+    return invalid(status.error());
   auto into = output.c_tensors();
+  if (auto status = take_descriptions(output_infos(current), "output", &into); !status)
+    return invalid(status.error());
   CError error;
   const int result =
-      weir_model_invoke_into(model_.get(), tensors.data(), static_cast<uint32_t>(tensors.size()),
+      weir_model_invoke_into(current.get(), tensors.data(), static_cast<uint32_t>(tensors.size()),
                              into.data(), static_cast<uint32_t>(into.size()), error.place());
-  if (result < 0) return in_calls_of_this_face(error.take(result));
-  return result == 0 ? ok() : Status(nothing_came());
+  if (result < 0) return cannot_invoke(error.take(result));
+  if (result > 0) return refusal(nothing_came());
+  return Done();
 }
 
-Result<std::string> Single::property(const std::string& name) const {
-  const std::pair<const char*, std::string> all[]{{"framework", weir_model_engine(model_.get())},
-                                                  {"model", request_.model},
-                                                  {"custom", request_.custom},
-                                                  {"accelerator", accelerator_},
-                                                  {"input", join_shapes(inputs())},
-                                                  {"inputtype", join_types(inputs())},
-                                                  {"inputname", join_names(inputs())},
-                                                  {"output", join_shapes(outputs())},
-                                                  {"outputtype", join_types(outputs())},
-                                                  {"outputname", join_names(outputs())}};
-  std::vector<std::string> names;
-  for (const auto& [known_name, value] : all) {
-    if (name == known_name) return value;
-    names.emplace_back(known_name);
-  }
-  const std::string close = nearest(name, names);
-  const std::string list = join(names, ", ");
-  return Error{.code = Code::OPTION_VALUE,
-               .what = "no property has this name",
-               .offered = name,
-               .needed = "one of: " + list,
-               .difference = close.empty() ? "" : "did you mean " + close + "?"};
-}
-
-Status Single::set_property(const std::string& name, const std::string& value) {
-  const auto now = property(name);
-  if (!now) return now.error();
-  if (name != "input")
-    return Error{.code = Code::OPTION_VALUE,
-                 .what = "this property is read-only after the model is opened",
-                 .offered = name + "=" + value,
-                 .needed = "the property input, the only one that can be set on an open model",
-                 .fix = "open the model with this value: ml_single_open_full()"};
-  const auto shapes = parse_shape_list(value);
-  if (!shapes) return shapes.error();
-  TensorSpecs wanted = inputs();
-  if (wanted.size() != shapes->size())
-    return Error{.code = Code::SPEC_MISMATCH,
-                 .what = "the number of shapes differs from the number of inputs of the model",
-                 .offered = value,
-                 .needed = std::to_string(wanted.size()) + ": " + describe(wanted),
-                 .difference = "number of tensors"};
-  for (size_t i = 0; i < wanted.size(); ++i) wanted[i].shape = (*shapes)[i];
-  return set_inputs(wanted);
+Single::Outcome<std::shared_ptr<TensorsData>> Single::invoke_dynamic(const TensorsData& input,
+                                                                     const TensorSpecs& inputs) {
+  const auto before = this->inputs();
+  auto set = set_inputs(inputs);
+  if (auto* refused = std::get_if<Refusal>(&set)) return std::move(*refused);
+  auto out = invoke(input);
+  if (std::holds_alternative<Refusal>(out)) (void)set_inputs(before);
+  return out;
 }
 
 }  // namespace weir::application

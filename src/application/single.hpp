@@ -2,53 +2,76 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <memory>
+#include <mutex>
 #include <string>
+#include <variant>
+#include <vector>
 
 #include "capi-nnstreamer/nnstreamer-single.h"
+#include "core/infer/queue/call_gate.hpp"
+#include "ml_error.hpp"
 #include "tensors_data.hpp"
 #include "weir/model.h"
 
 namespace weir::application {
 
+using DataCallback = int (*)(const ml_tensors_data_h data, void* user_data);
+
 struct SingleRequest {
   std::string model, custom;
   TensorSpecs inputs, outputs;  // none: as the model gives them
-  ml_nnfw_type_e framework = ML_NNFW_TYPE_ANY;
-  ml_nnfw_hw_e hardware = ML_NNFW_HW_ANY;
+  std::string framework;        // "": chosen by the model's files
+  ml_nnfw_type_e type = ML_NNFW_TYPE_ANY;
+  std::string accelerator = "default";
+  DataCallback callback = nullptr;  // gets the outputs of each invoke
+  void* callback_data = nullptr;
 };
 
 // Thread-safe.
 class Single : public Object {
  public:
   static constexpr const char* kKind = "single";
-  // Errors of weir_model_open; SPEC_MISMATCH when model and request differ.
-  static Result<std::shared_ptr<Single>> open(const SingleRequest& request);
+  template <class T>
+  using Outcome = std::variant<T, Refusal>;
+  using Done = std::monostate;
+
+  // Checks the request in NNStreamer's order, then opens the model
+  // (docs/compatibility/app-api.md 8.7).
+  static Outcome<std::shared_ptr<Single>> open(SingleRequest request);
   const char* kind() const noexcept override { return kKind; }
+  // Calls enter it; ml_single_close closes it.
+  infer::CallGate& gate() noexcept { return gate_; }
 
   TensorSpecs inputs() const;
   TensorSpecs outputs() const;
-  Status set_inputs(const TensorSpecs& wanted);
+  Outcome<Done> set_inputs(const TensorSpecs& wanted);
   void set_timeout(unsigned ms) noexcept;
-  // `shapes` replace the shapes of the inputs; empty: unchanged.
-  Result<std::shared_ptr<TensorsData>> invoke(const TensorsData& input,
-                                              const TensorSpecs& shapes = {});
-  Status invoke_into(const TensorsData& input, const TensorsData& output);
+  Outcome<std::shared_ptr<TensorsData>> invoke(const TensorsData& input);
+  Outcome<Done> invoke_into(const TensorsData& input, const TensorsData& output);
+  // Sets the inputs, which stay if the model accepts the frame.
+  Outcome<std::shared_ptr<TensorsData>> invoke_dynamic(const TensorsData& input,
+                                                       const TensorSpecs& inputs);
 
-  Result<std::string> property(const std::string& name) const;
-  Status set_property(const std::string& name, const std::string& value);
+  // ML_ERROR_NOT_SUPPORTED: there is no such property.
+  Outcome<std::string> property(const std::string& name) const;
+  Outcome<Done> set_property(const std::string& name, const std::string& value);
+  const SingleRequest& request() const noexcept { return request_; }
 
  private:
-  struct Close {
-    void operator()(weir_loaded_model* model) const noexcept { weir_model_close(model); }
-  };
-  Single(weir_loaded_model* model, SingleRequest request, std::string accelerator)
-      : model_(model), request_(std::move(request)), accelerator_(std::move(accelerator)) {}
+  using Model = std::shared_ptr<weir_loaded_model>;
+  Single(Model model, SingleRequest request);
+  static Result<Model> load(const SingleRequest& request, bool resizable);
   Status agree() const;
-  std::vector<weir_tensor> fitted(const TensorsData& input, const TensorSpecs& shapes) const;
+  // Opens the model again, with inputs of any shape, and sets them.
+  Result<Model> resized(const TensorSpecs& wanted) const;
+  Model model() const;
 
-  std::unique_ptr<weir_loaded_model, Close> model_;
   const SingleRequest request_;
-  const std::string accelerator_;
+  bool has_open_inputs_ = false;  // the model's file leaves shapes open
+  infer::CallGate gate_;
+  mutable std::mutex mutex_;  // guards the rest
+  Model model_;
+  unsigned timeout_ms_ = 0;
 };
 
 }  // namespace weir::application

@@ -81,7 +81,6 @@ int ml_pipeline_switch_select(ml_pipeline_switch_h switch_handle, const char* pa
 
 int ml_pipeline_switch_get_pad_list(ml_pipeline_switch_h switch_handle, char*** list) {
   if (!list) return fail(null_pointer("list"));
-  *list = nullptr;
   PadNames pads{};
   const auto ask = [&](weir_pipeline* pipeline, const char* name, weir_error** error) {
     const int type = weir_pipeline_property_type(pipeline, name, "sync-streams", nullptr);
@@ -91,8 +90,9 @@ int ml_pipeline_switch_get_pad_list(ml_pipeline_switch_h switch_handle, char*** 
   const int result = with_part<Switch>(switch_handle, "switch_handle", ask);
   if (result != ML_ERROR_NONE) return result;
   return guarded([&] {
-    *list = c_list(pads.names);
-    if (!*list) throw std::bad_alloc();
+    char** const names = c_list(pads.names);
+    if (!names) throw std::bad_alloc();
+    *list = names;
     return static_cast<int>(ML_ERROR_NONE);
   });
 }

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "tensors_data.hpp"
 
+#include <algorithm>
 #include <cstring>
 #include <new>
+#include <utility>
 
 #include "ml_error.hpp"
 
@@ -84,7 +86,6 @@ Result<std::shared_ptr<TensorsData>> find(void* data, unsigned index) {
 int ml_tensors_data_create(const ml_tensors_info_h info, ml_tensors_data_h* data) {
   return guarded([&] {
     if (!data) return fail(null_pointer("data"));
-    *data = nullptr;
     if (!info) return fail(null_pointer("info"));
     auto tensors = tensors_or_none(info, "info");
     if (!tensors) return fail(tensors.error());
@@ -100,12 +101,35 @@ int ml_tensors_data_destroy(ml_tensors_data_h data) {
   });
 }
 
+int ml_tensors_data_clone(const ml_tensors_data_h in, ml_tensors_data_h* out) {
+  return guarded([&] {
+    if (!out) return fail(null_pointer("out"));
+    const auto from = Handles::all().find<TensorsData>(in, "in");
+    if (!from) return fail(from.error());
+    auto copy = TensorsData::create((*from)->tensors());
+    for (size_t i = 0; i < copy->memory().size(); ++i) {
+      const auto bytes = (*from)->memory()[i], to = copy->memory()[i];
+      std::memcpy(to.data(), bytes.data(), std::min(to.size(), bytes.size()));
+    }
+    *out = Handles::all().add(std::move(copy));
+    return static_cast<int>(ML_ERROR_NONE);
+  });
+}
+
+int ml_tensors_data_get_info(const ml_tensors_data_h data, ml_tensors_info_h* info) {
+  return guarded([&] {
+    if (!info) return fail(null_pointer("info"));
+    const auto found = Handles::all().find<TensorsData>(data, "data");
+    if (!found) return fail(found.error());
+    *info = new_info((*found)->tensors());
+    return static_cast<int>(ML_ERROR_NONE);
+  });
+}
+
 int ml_tensors_data_get_tensor_data(ml_tensors_data_h data, unsigned int index, void** raw_data,
                                     size_t* data_size) {
   return guarded([&] {
     if (!raw_data || !data_size) return fail(null_pointer("raw_data or data_size"));
-    *raw_data = nullptr;
-    *data_size = 0;
     const auto found = find(data, index);
     if (!found) return fail(found.error());
     const auto memory = (*found)->memory()[index];

@@ -91,6 +91,16 @@ Error TensorsInfo::beyond(size_t index, size_t count) {
   return no_such_tensor(std::to_string(index), count);
 }
 
+void TensorsInfo::set(TensorSpecs tensors, std::optional<Reads> reads) {
+  const bool is_long = std::any_of(tensors.begin(), tensors.end(), [](const TensorSpec& tensor) {
+    return tensor.shape.rank() > kPlainRank;
+  });
+  std::lock_guard lock(mutex_);
+  tensors_ = std::move(tensors);
+  count_ = tensors_.size();
+  reads_ = reads.value_or(is_long ? Reads::AllDimensions : Reads::FourDimensions);
+}
+
 void* new_info(TensorSpecs tensors) {
   return Handles::all().add(std::make_shared<TensorsInfo>(std::move(tensors)));
 }

@@ -2,7 +2,9 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <mutex>
+#include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "core/tensor/frame_spec.hpp"
@@ -29,26 +31,36 @@ TensorSpec to_spec(const weir_tensor_info& info);
 class TensorsInfo : public Object {
  public:
   static constexpr const char* kKind = "tensors info";
-  explicit TensorsInfo(TensorSpecs tensors = {}) : tensors_(std::move(tensors)) {}
+  // A plain info reads four dimensions, an extended one all.
+  enum class Reads { FourDimensions, AllDimensions };
+  static constexpr size_t kPlainRank = 4;
+
+  // Extended if a tensor has more than four dimensions.
+  explicit TensorsInfo(TensorSpecs tensors) { set(std::move(tensors), std::nullopt); }
+  explicit TensorsInfo(Reads reads) : reads_(reads) {}
   const char* kind() const noexcept override { return kKind; }
 
   TensorSpecs tensors() const {
     std::lock_guard lock(mutex_);
-    return tensors_;
+    return {tensors_.begin(), tensors_.begin() + static_cast<std::ptrdiff_t>(count_)};
   }
-  void set(TensorSpecs tensors) {
+  Reads reads() const {
     std::lock_guard lock(mutex_);
-    tensors_ = std::move(tensors);
+    return reads_;
   }
+  // nullopt: as the tensors need.
+  void set(TensorSpecs tensors, std::optional<Reads> reads);
+  // Keeps the tensors beyond a lower count for a higher one.
   void set_count(size_t count) {
     std::lock_guard lock(mutex_);
-    tensors_.resize(count);
+    if (count > tensors_.size()) tensors_.resize(count);
+    count_ = count;
   }
   // Runs `body` with tensor `index`. OPTION_VALUE: out of range.
   template <class Body>
   Status with(size_t index, Body&& body) {
     std::lock_guard lock(mutex_);
-    if (index >= tensors_.size()) return beyond(index, tensors_.size());
+    if (index >= count_) return beyond(index, count_);
     body(tensors_[index]);
     return ok();
   }
@@ -58,6 +70,8 @@ class TensorsInfo : public Object {
 
   mutable std::mutex mutex_;  // guards the rest
   TensorSpecs tensors_;
+  size_t count_ = 0;
+  Reads reads_ = Reads::FourDimensions;
 };
 
 Error no_such_tensor(std::string index, size_t count);

@@ -1,8 +1,10 @@
 // ml_tensors_info_*.
 // SPDX-License-Identifier: LGPL-2.1-or-later
+#include <algorithm>
 #include <cstdlib>
 #include <cstring>
 #include <span>
+#include <utility>
 
 #include "ml_error.hpp"
 #include "tensors_info.hpp"
@@ -31,26 +33,37 @@ Error bad_type(int type) {
                .needed = "ML_TENSOR_TYPE_INT32 to ML_TENSOR_TYPE_FLOAT16"};
 }
 
-Result<Shape> to_shape(const unsigned* dimension) {
-  const Shape shape(std::span<const uint32_t>(dimension, ML_TENSOR_RANK_LIMIT));
+// A plain info ignores entries that programs for four dimensions do not set.
+Result<Shape> to_shape(const unsigned* dimension, TensorsInfo::Reads reads) {
+  const std::span<const uint32_t> entries(dimension, reads == TensorsInfo::Reads::AllDimensions
+                                                         ? ML_TENSOR_RANK_LIMIT
+                                                         : TensorsInfo::kPlainRank);
+  const Shape shape(entries);
   if (shape.valid()) return shape;
-  return Error{.code = Code::DIMENSION_SYNTAX,
-               .what = "dimension is not a valid tensor dimension",
-               .offered = join(std::span(dimension, ML_TENSOR_RANK_LIMIT), ":",
-                               [](unsigned extent) { return std::to_string(extent); }),
-               .needed = "one or more non-zero entries, followed by zeros only",
-               .fix = "ml_tensor_dimension dimension = {3, 224, 224};"};
+  return Error{
+      .code = Code::DIMENSION_SYNTAX,
+      .what = "dimension is not a valid tensor dimension",
+      .offered = join(entries, ":", [](unsigned extent) { return std::to_string(extent); }),
+      .needed = "one or more non-zero entries, followed by zeros only",
+      .fix = "ml_tensor_dimension dimension = {3, 224, 224};"};
+}
+
+int create(ml_tensors_info_h* info, TensorsInfo::Reads reads) {
+  return guarded([&] {
+    if (!info) return fail(null_pointer("info"));
+    *info = Handles::all().add(std::make_shared<TensorsInfo>(reads));
+    return static_cast<int>(ML_ERROR_NONE);
+  });
 }
 
 }  // namespace
 
 int ml_tensors_info_create(ml_tensors_info_h* info) {
-  return guarded([&] {
-    if (!info) return fail(null_pointer("info"));
-    *info = nullptr;
-    *info = new_info({});
-    return static_cast<int>(ML_ERROR_NONE);
-  });
+  return create(info, TensorsInfo::Reads::FourDimensions);
+}
+
+int ml_tensors_info_create_extended(ml_tensors_info_h* info) {
+  return create(info, TensorsInfo::Reads::AllDimensions);
 }
 
 int ml_tensors_info_destroy(ml_tensors_info_h info) {
@@ -63,7 +76,6 @@ int ml_tensors_info_destroy(ml_tensors_info_h info) {
 int ml_tensors_info_validate(const ml_tensors_info_h info, bool* valid) {
   return guarded([&] {
     if (!valid) return fail(null_pointer("valid"));
-    *valid = false;
     const auto found = find(info);
     if (!found) return fail(found.error());
     *valid = static_cast<bool>(check_complete((*found)->tensors(), "info"));
@@ -76,7 +88,9 @@ int ml_tensors_info_clone(ml_tensors_info_h dest, const ml_tensors_info_h src) {
     const auto to = find(dest, "dest"), from = find(src, "src");
     if (!to) return fail(to.error());
     if (!from) return fail(from.error());
-    (*to)->set((*from)->tensors());
+    auto tensors = (*from)->tensors();
+    if (auto status = check_complete(tensors, "src"); !status) return fail(status.error());
+    (*to)->set(std::move(tensors), (*from)->reads());
     return static_cast<int>(ML_ERROR_NONE);
   });
 }
@@ -98,7 +112,6 @@ int ml_tensors_info_set_count(ml_tensors_info_h info, unsigned int count) {
 int ml_tensors_info_get_count(ml_tensors_info_h info, unsigned int* count) {
   return guarded([&] {
     if (!count) return fail(null_pointer("count"));
-    *count = 0;
     const auto found = find(info);
     if (!found) return fail(found.error());
     *count = static_cast<unsigned>((*found)->tensors().size());
@@ -114,9 +127,10 @@ int ml_tensors_info_set_tensor_name(ml_tensors_info_h info, unsigned int index, 
 int ml_tensors_info_get_tensor_name(ml_tensors_info_h info, unsigned int index, char** name) {
   return guarded([&] {
     if (!name) return fail(null_pointer("name"));
-    *name = nullptr;
     return with(info, index, [&](const TensorSpec& t) {
-      if (!t.name.empty() && !(*name = strdup(t.name.c_str()))) throw std::bad_alloc();
+      char* copy = t.name.empty() ? nullptr : strdup(t.name.c_str());
+      if (!copy && !t.name.empty()) throw std::bad_alloc();
+      *name = copy;
     });
   });
 }
@@ -134,7 +148,6 @@ int ml_tensors_info_get_tensor_type(ml_tensors_info_h info, unsigned int index,
                                     ml_tensor_type_e* type) {
   return guarded([&] {
     if (!type) return fail(null_pointer("type"));
-    *type = ML_TENSOR_TYPE_UNKNOWN;
     return with(info, index,
                 [&](const TensorSpec& t) { *type = static_cast<ml_tensor_type_e>(t.type); });
   });
@@ -144,7 +157,9 @@ int ml_tensors_info_set_tensor_dimension(ml_tensors_info_h info, unsigned int in
                                          const ml_tensor_dimension dimension) {
   return guarded([&] {
     if (!dimension) return fail(null_pointer("dimension"));
-    const auto shape = to_shape(dimension);
+    const auto found = find(info);
+    if (!found) return fail(found.error());
+    const auto shape = to_shape(dimension, (*found)->reads());
     if (!shape) return fail(shape.error());
     return with(info, index, [&](TensorSpec& t) { t.shape = *shape; });
   });
@@ -154,7 +169,6 @@ int ml_tensors_info_get_tensor_dimension(ml_tensors_info_h info, unsigned int in
                                          ml_tensor_dimension dimension) {
   return guarded([&] {
     if (!dimension) return fail(null_pointer("dimension"));
-    std::fill_n(dimension, ML_TENSOR_RANK_LIMIT, 0U);
     return with(info, index, [&](const TensorSpec& t) {
       std::copy(t.shape.dims().begin(), t.shape.dims().end(), dimension);
     });
@@ -164,15 +178,16 @@ int ml_tensors_info_get_tensor_dimension(ml_tensors_info_h info, unsigned int in
 int ml_tensors_info_get_tensor_size(ml_tensors_info_h info, int index, size_t* data_size) {
   return guarded([&] {
     if (!data_size) return fail(null_pointer("data_size"));
-    *data_size = 0;
     const auto found = find(info);
     if (!found) return fail(found.error());
     auto tensors = (*found)->tensors();
     const auto at = static_cast<size_t>(index);
-    if (index < -1 || (index >= 0 && at >= tensors.size()))
+    if (index >= 0 && at >= tensors.size())
       return fail(no_such_tensor(std::to_string(index), tensors.size()));
     if (index >= 0) tensors = {tensors[at]};
-    if (auto status = check_complete(tensors, "info"); !status) return fail(status.error());
+    std::erase_if(tensors, [](const TensorSpec& tensor) { return !tensor.valid(); });
+    if (!tensors.empty())
+      if (auto status = check_complete(tensors, "info"); !status) return fail(status.error());
     size_t sum = 0;
     for (const auto& tensor : tensors) sum += *tensor.bytes();
     *data_size = sum;

@@ -220,6 +220,36 @@ void call_tensors() {
   EXPECT_NULL_REFUSED(ml_tensors_data_destroy, data);
   EXPECT_NULL_REFUSED(ml_tensors_data_get_tensor_data, data, 0u, &bytes, &size);
   EXPECT_NULL_REFUSED(ml_tensors_data_set_tensor_data, data, 0u, values, sizeof values);
+  EXPECT_NULL_REFUSED(ml_tensors_info_create_extended, &other);
+  EXPECT_NULL_REFUSED(ml_tensors_data_clone, data, &data);
+  EXPECT_NULL_REFUSED(ml_tensors_data_get_info, data, &other);
+}
+
+void call_options() {
+  ml_option_h option = nullptr;
+  void* value = nullptr;
+  unsigned length = 0;
+  ASSERT_EQ(ml_option_create(&option), ML_ERROR_NONE);
+  EXPECT_NULL_REFUSED(ml_option_create, &value);
+  EXPECT_NULL_REFUSED(ml_option_destroy, option);
+  EXPECT_NULL_REFUSED(ml_option_set, option, "x", static_cast<void*>(&length),
+                      may_be_null<ml_data_destroy_cb>(nullptr));
+  EXPECT_NULL_REFUSED(ml_option_get, option, "x", &value);
+  EXPECT_NULL_REFUSED(ml_information_get, option, "x", &value);
+  EXPECT_NULL_REFUSED(ml_information_destroy, option);
+  EXPECT_NULL_REFUSED(ml_information_list_length, option, &length);
+  EXPECT_NULL_REFUSED(ml_information_list_get, option, 0u, &value);
+  EXPECT_NULL_REFUSED(ml_information_list_destroy, option);
+  EXPECT_EQ(ml_option_destroy(option), ML_ERROR_NONE);
+  bool available = false;
+  EXPECT_NULL_REFUSED(ml_check_element_availability, "x", &available);
+  EXPECT_NULL_REFUSED(ml_check_nnfw_availability, ML_NNFW_TYPE_SNPE, ML_NNFW_HW_ANY, &available);
+  EXPECT_NULL_REFUSED(ml_check_nnfw_availability_full, ML_NNFW_TYPE_SNPE, ML_NNFW_HW_ANY,
+                      may_be_null<const char*>("x"), &available);
+  // They need no pointers.
+  weir::test::called_functions().insert({"ml_error", "ml_error_number", "ml_strerror",
+                                         "ml_api_get_version", "ml_api_get_version_string"});
+  ml_api_get_version(nullptr, nullptr, nullptr);
 }
 
 void call_single() {
@@ -241,6 +271,9 @@ void call_single() {
                       ML_NNFW_HW_ANY);
   EXPECT_NULL_REFUSED(ml_single_open_full, &other, "x", no_info, no_info, ML_NNFW_TYPE_ANY,
                       ML_NNFW_HW_ANY, may_be_null<const char*>(nullptr));
+  ml_option_h option = nullptr;
+  ASSERT_EQ(ml_option_create(&option), ML_ERROR_NONE);
+  EXPECT_NULL_REFUSED(ml_single_open_with_option, &other, option);
   EXPECT_NULL_REFUSED(ml_single_close, single);
   ml_tensors_data_h out = nullptr;
   EXPECT_NULL_REFUSED(ml_single_invoke, single, data, &out);
@@ -272,6 +305,10 @@ void call_parts(ml_pipeline_h pipe) {
   EXPECT_NULL_REFUSED(ml_pipeline_src_input_data, src, ml_tensors_data_h{},
                       ML_PIPELINE_BUF_POLICY_DO_NOT_FREE);
   EXPECT_NULL_REFUSED(ml_pipeline_src_input_data_eos, src);
+  ml_tensors_info_h info = nullptr;
+  ml_pipeline_src_callbacks_s callbacks{};
+  EXPECT_NULL_REFUSED(ml_pipeline_src_get_tensors_info, src, &info);
+  EXPECT_NULL_REFUSED(ml_pipeline_src_set_event_cb, src, &callbacks, kData);
   EXPECT_NULL_REFUSED(ml_pipeline_switch_get_handle, pipe, "s",
                       may_be_null<ml_pipeline_switch_e*>(nullptr), &other_switch);
   EXPECT_NULL_REFUSED(ml_pipeline_switch_release_handle, sw);
@@ -341,8 +378,8 @@ TEST(NullPointers, OfTheApplicationApiAreErrors) {
   EXPECT_NULL_REFUSED(ml_pipeline_stop, pipe);
   EXPECT_NULL_REFUSED(ml_pipeline_get_state, pipe, &state);
   EXPECT_NULL_REFUSED(ml_pipeline_flush, pipe, false);
-  weir::test::called_functions().insert({"ml_error", "ml_error_number"});  // they have no pointers
   call_tensors();
+  call_options();
   call_single();
   call_parts(pipe);
   call_elements(pipe);

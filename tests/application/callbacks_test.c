@@ -87,6 +87,8 @@ static void a_filter_of_the_program_runs(void) {
   OK(ml_tensors_data_destroy(data));
   CHECK_REFUSED(ml_pipeline_get_state(pipe, &state), ML_ERROR_STREAMS_PIPE,
                 "the callback of twice returned -5");
+  CHECK_REFUSED(ml_pipeline_custom_easy_filter_unregister(filter), ML_ERROR_INVALID_PARAMETER,
+                "a pipeline uses the callback, which stays registered\n  offered: \"twice\"");
   OK(ml_pipeline_destroy(pipe));
   OK(ml_pipeline_custom_easy_filter_unregister(filter));
   CHECK_REFUSED(ml_pipeline_custom_easy_filter_unregister(filter), ML_ERROR_INVALID_PARAMETER,
@@ -185,6 +187,8 @@ static void a_condition_of_the_program_decides(void) {
   OK(ml_pipeline_src_input_data(src, two_floats(7), ML_PIPELINE_BUF_POLICY_AUTO_FREE));
   wait_for(&seen.frames, 2);
   CHECK(seen.last == 7);
+  CHECK_REFUSED(ml_pipeline_tensor_if_custom_unregister(condition), ML_ERROR_INVALID_PARAMETER,
+                "a pipeline uses the callback");
   OK(ml_pipeline_destroy(pipe));
   OK(ml_pipeline_tensor_if_custom_unregister(condition));
   CHECK_REFUSED(ml_pipeline_tensor_if_custom_unregister(condition), ML_ERROR_INVALID_PARAMETER,
@@ -232,7 +236,7 @@ static void elements_with_a_configuration_out_of_reach(void) {
   snprintf(open_path, sizeof open_path, "%s.ini", folder);
   write_configuration(path,
                       "[element-restriction]\nenable_element_restriction=1\n"
-                      "restricted_elements=videotestsrc,fakesink\n");
+                      "allowed_elements=videotestsrc,fakesink\n");
   write_configuration(open_path, "[common]\nenable_envvar=no\n");
   CHECK(chmod(open_path, 0644) == 0 && chmod(folder, 0) == 0);
   CHECK(!root || seteuid(65534) == 0);
@@ -241,7 +245,7 @@ static void elements_with_a_configuration_out_of_reach(void) {
   CHECK_REFUSED(ml_pipeline_construct("videotestsrc ! fakesink", NULL, NULL, &pipe),
                 ML_ERROR_PERMISSION_DENIED,
                 "a pipeline cannot be checked against [element-restriction]");
-  CHECK(strstr(ml_error(), "Permission denied"));
+  CHECK(strstr(last_error(), "Permission denied"));
   /* A home folder out of reach holds no restriction. */
   setenv("NNSTREAMER_CONF", open_path, 1);
   setenv("HOME", folder, 1);
@@ -261,6 +265,7 @@ static void elements_with_a_configuration_out_of_reach(void) {
 static void only_elements_that_are_allowed(void) {
   char path[] = "/tmp/weir-restriction-XXXXXX";
   const int descriptor = mkstemp(path);
+  bool available = false;
   ml_pipeline_h pipe = NULL;
   CHECK(descriptor >= 0);
   close(descriptor);
@@ -268,29 +273,61 @@ static void only_elements_that_are_allowed(void) {
   setenv("NNSTREAMER_CONF", path, 1);
   write_configuration(path,
                       "[element-restriction]\nenable_element_restriction=1\n"
-                      "restricted_elements=videotestsrc,fakesink\n");
-  OK(ml_pipeline_construct("videotestsrc ! video/x-raw,width=8 ! fakesink", NULL, NULL, &pipe));
+                      "allowed_elements=videotestsrc,fakesink\n");
+  OK(ml_pipeline_construct("videotestsrc ! fakesink", NULL, NULL, &pipe));
   OK(ml_pipeline_destroy(pipe));
   CHECK_REFUSED(ml_pipeline_construct("videotestsrc ! filesink name=f", NULL, NULL, &pipe),
-                ML_ERROR_PERMISSION_DENIED,
+                ML_ERROR_NOT_SUPPORTED,
                 "the configuration does not allow this element in pipelines\n"
-                "  offered: filesink\n  needed: one of: videotestsrc, fakesink\n"
-                "  fix: add the element to restricted_elements of [element-restriction] in "
+                "  offered: filesink\n"
+                "  needed: an element of NNStreamer, or one of: videotestsrc, fakesink\n"
+                "  fix: add the element to allowed_elements of [element-restriction] in "
                 "/tmp/weir-restriction-");
   CHECK(pipe == NULL);
   CHECK_REFUSED(ml_pipeline_construct("( videotestsrc ! identity ! fakesink )", NULL, NULL, &pipe),
-                ML_ERROR_PERMISSION_DENIED, "offered: identity");
+                ML_ERROR_NOT_SUPPORTED, "offered: identity");
   CHECK_REFUSED(ml_pipeline_construct("( videotestsrc name=x ! fakesink name=y ) ( filesrc name=x "
                                       "location=/etc/hostname ! filesink name=y )",
                                       NULL, NULL, &pipe),
-                ML_ERROR_PERMISSION_DENIED, "offered: filesrc");
+                ML_ERROR_NOT_SUPPORTED, "offered: filesrc");
   CHECK_REFUSED(ml_pipeline_construct("file:///etc/hostname ! fakesink", NULL, NULL, &pipe),
-                ML_ERROR_PERMISSION_DENIED, "offered: file");
+                ML_ERROR_NOT_SUPPORTED, "offered: filesrc");
   CHECK_REFUSED(ml_pipeline_construct("videotestsrc ! nosuchelement", NULL, NULL, &pipe),
-                ML_ERROR_PERMISSION_DENIED, "offered: nosuchelement");
-  CHECK_REFUSED(ml_pipeline_construct("videotestsrc ! ", NULL, NULL, &pipe),
-                ML_ERROR_INVALID_PARAMETER, "");
+                ML_ERROR_NOT_SUPPORTED, "offered: nosuchelement");
+  /* Caps and parentheses of the text are elements too. */
+  CHECK_REFUSED(
+      ml_pipeline_construct("videotestsrc ! video/x-raw,width=8 ! fakesink", NULL, NULL, &pipe),
+      ML_ERROR_NOT_SUPPORTED, "offered: capsfilter");
+  CHECK_REFUSED(ml_pipeline_construct("( videotestsrc ! fakesink )", NULL, NULL, &pipe),
+                ML_ERROR_NOT_SUPPORTED, "offered: bin");
+  CHECK_REFUSED(ml_pipeline_construct("videotestsrc ! ", NULL, NULL, &pipe), ML_ERROR_STREAMS_PIPE,
+                "");
   CHECK(pipe == NULL);
+  OK(ml_check_element_availability("fakesink", &available));
+  CHECK(available);
+  OK(ml_check_element_availability("tensor_filter", &available));
+  CHECK(available);
+  available = true;
+  OK(ml_check_element_availability("filesink", &available));
+  CHECK(!available);
+  /* Names compare without case. Elements of NNStreamer, and those that bins add, need no entry. */
+  write_configuration(path,
+                      "[element-restriction]\nenable_element_restriction=true\n"
+                      "allowed_elements=VideoTestSrc FakeSink;CAPSFILTER bin,filesrc decodebin\n");
+  OK(
+      ml_pipeline_construct("( videotestsrc ! video/x-raw,format=RGB,width=8 ! tensor_converter ! "
+                            "fakesink )",
+                            NULL, NULL, &pipe));
+  OK(ml_pipeline_destroy(pipe));
+  OK(ml_check_element_availability("decodebin", &available));
+  if (available) {
+    OK(ml_pipeline_construct("filesrc location=/etc/hostname ! decodebin ! fakesink", NULL, NULL,
+                             &pipe));
+    OK(ml_pipeline_destroy(pipe));
+  }
+  write_configuration(path, "[element-restriction]\nenable_element_restriction=true\n");
+  CHECK_REFUSED(ml_pipeline_construct("videotestsrc ! fakesink", NULL, NULL, &pipe),
+                ML_ERROR_NOT_SUPPORTED, "needed: an element of NNStreamer\n");
   /* An unreadable file may contain a restriction. */
   write_configuration(path, "[element-restriction]\nenable_element_restriction\n");
   CHECK_REFUSED(ml_pipeline_construct("videotestsrc ! fakesink", NULL, NULL, &pipe),
@@ -303,7 +340,7 @@ static void only_elements_that_are_allowed(void) {
   setenv("NNSTREAMER_CONF", path, 1);
   write_configuration(path,
                       "[element-restriction]\nenable_element_restriction=0\n"
-                      "restricted_elements=videotestsrc,fakesink\n");
+                      "allowed_elements=videotestsrc,fakesink\n");
   OK(ml_pipeline_construct("videotestsrc ! identity ! fakesink", NULL, NULL, &pipe));
   OK(ml_pipeline_destroy(pipe));
   unlink(path);
@@ -318,7 +355,7 @@ static void* push_until_destroyed(void* src) {
   ml_tensors_data_h data = two_floats(1);
   while (result == ML_ERROR_NONE || result == ML_ERROR_TRY_AGAIN)
     result = ml_pipeline_src_input_data(src, data, ML_PIPELINE_BUF_POLICY_DO_NOT_FREE);
-  CHECK(strstr(ml_error(), "the pipeline of this handle was destroyed"));
+  CHECK(strstr(last_error(), "the pipeline of this handle was destroyed"));
   OK(ml_tensors_data_destroy(data));
   return NULL;
 }

@@ -6,18 +6,26 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "ml-tensors.h"
+#include "ml-api-common.h"
 
 static int failed_checks;
 
 /* Flushes, so that reports survive a crash in a later line. */
 #define REPORT(...) (printf(__VA_ARGS__), fflush(stdout))
 
+/* The text of the last failure. ml_error() returns it only once. */
+static inline const char* last_error(void) {
+  static __thread char kept[4096]; /* each thread has its own last error */
+  const char* text = ml_error();
+  if (text) snprintf(kept, sizeof kept, "%s", text);
+  return kept;
+}
+
 #define CHECK(condition)                                               \
   do {                                                                 \
     if (!(condition)) {                                                \
       REPORT("%s:%d: not true: %s\n", __FILE__, __LINE__, #condition); \
-      REPORT("  last error: %s\n", ml_error());                        \
+      REPORT("  last error: %s\n", last_error());                      \
       ++failed_checks;                                                 \
     }                                                                  \
   } while (0)
@@ -26,9 +34,9 @@ static int failed_checks;
 #define CHECK_REFUSED(call, number, words)                                                    \
   do {                                                                                        \
     const int result_ = (call);                                                               \
-    if (result_ != (number) || !strstr(ml_error(), words)) {                                  \
+    if (result_ != (number) || !strstr(last_error(), words)) {                                \
       REPORT("%s:%d: %s gave %d with: %s\n  wanted %d with: %s\n", __FILE__, __LINE__, #call, \
-             result_, ml_error(), (int)(number), words);                                      \
+             result_, last_error(), (int)(number), words);                                    \
       ++failed_checks;                                                                        \
     }                                                                                         \
   } while (0)

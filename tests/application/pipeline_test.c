@@ -61,11 +61,11 @@ static void frames_go_in_and_come_out(const char* text) {
   OK(ml_pipeline_src_input_data(src, two_floats(4), ML_PIPELINE_BUF_POLICY_AUTO_FREE));
   wait_for(&seen.frames, 3);
   CHECK(seen.last == 4 && get_count(&again.frames) == 2);
-  OK(ml_pipeline_src_input_data_eos(src));
+  OK(ml_pipeline_src_input_data(src, NULL, ML_PIPELINE_BUF_SRC_EVENT_EOS));
   data = two_floats(5);
   CHECK_REFUSED(ml_pipeline_src_input_data(src, data, ML_PIPELINE_BUF_POLICY_AUTO_FREE),
-                ML_ERROR_TRY_AGAIN, "the stream has ended and accepts no more frames");
-  OK(ml_tensors_data_destroy(data));
+                ML_ERROR_STREAMS_PIPE, "the stream has ended and accepts no more frames");
+  CHECK_REFUSED(ml_tensors_data_destroy(data), ML_ERROR_INVALID_PARAMETER, "was destroyed");
   OK(ml_pipeline_src_release_handle(src));
   OK(ml_pipeline_destroy(pipe));
   CHECK_REFUSED(ml_tensors_data_get_tensor_data(seen.data, 0, &memory, &size),
@@ -74,7 +74,7 @@ static void frames_go_in_and_come_out(const char* text) {
 }
 
 static void states_are_reported(ml_pipeline_state_e state, void* user_data) {
-  Counter* counter = user_data; /* sum of the states: NULL 1, PAUSED 3, PLAYING 4 */
+  Counter* counter = user_data; /* sum of the states: READY 2, PAUSED 3, PLAYING 4 */
   int i;
   for (i = 0; i < (int)state; ++i) raise_count(counter);
 }
@@ -85,26 +85,33 @@ static void states_follow_the_calls(void) {
   ml_pipeline_state_e state;
   OK(ml_pipeline_construct("videotestsrc is-live=true ! fakesink", states_are_reported, &sum,
                            &pipe));
+  wait_for(&sum, 2 + 3);
   OK(ml_pipeline_get_state(pipe, &state));
-  CHECK(state == ML_PIPELINE_STATE_NULL);
-  OK(ml_pipeline_stop(pipe));
-  OK(ml_pipeline_get_state(pipe, &state));
-  CHECK(state == ML_PIPELINE_STATE_NULL);
-  OK(ml_pipeline_start(pipe));
-  OK(ml_pipeline_get_state(pipe, &state));
-  CHECK(state == ML_PIPELINE_STATE_PLAYING);
-  wait_for(&sum, 3 + 4);
+  CHECK(state == ML_PIPELINE_STATE_PAUSED);
   OK(ml_pipeline_stop(pipe));
   OK(ml_pipeline_get_state(pipe, &state));
   CHECK(state == ML_PIPELINE_STATE_PAUSED);
-  wait_for(&sum, 3 + 4 + 3);
-  OK(ml_pipeline_flush(pipe, false));
-  OK(ml_pipeline_get_state(pipe, &state));
-  CHECK(state == ML_PIPELINE_STATE_NULL);
-  wait_for(&sum, 3 + 4 + 3 + 1);
-  OK(ml_pipeline_flush(pipe, true));
+  OK(ml_pipeline_start(pipe));
+  wait_for(&sum, 2 + 3 + 4);
   OK(ml_pipeline_get_state(pipe, &state));
   CHECK(state == ML_PIPELINE_STATE_PLAYING);
+  OK(ml_pipeline_stop(pipe));
+  wait_for(&sum, 2 + 3 + 4 + 3);
+  OK(ml_pipeline_get_state(pipe, &state));
+  CHECK(state == ML_PIPELINE_STATE_PAUSED);
+  OK(ml_pipeline_flush(pipe, false));
+  wait_for(&sum, 2 + 3 + 4 + 3 + 2 + 3);
+  OK(ml_pipeline_get_state(pipe, &state));
+  CHECK(state == ML_PIPELINE_STATE_PAUSED);
+  OK(ml_pipeline_flush(pipe, true));
+  wait_for(&sum, 2 + 3 + 4 + 3 + 2 + 3 + 2 + 3 + 4);
+  OK(ml_pipeline_get_state(pipe, &state));
+  CHECK(state == ML_PIPELINE_STATE_PLAYING);
+  OK(ml_pipeline_destroy(pipe));
+  /* A pipeline whose sinks wait for their first frame is not paused yet. */
+  OK(ml_pipeline_construct("appsrc ! fakesink", NULL, NULL, &pipe));
+  OK(ml_pipeline_get_state(pipe, &state));
+  CHECK(state == ML_PIPELINE_STATE_READY);
   OK(ml_pipeline_destroy(pipe));
 }
 
@@ -114,9 +121,7 @@ static int fail_always(const ml_tensors_data_h in, ml_tensors_data_h out, void* 
 }
 
 static void a_failed_element_is_the_error_of_the_state(void) {
-  ml_pipeline_h pipe = construct(
-      "appsrc name=in ! tensor_filter framework=custom-easy model=fails ! "
-      "tensor_sink name=out sync=false");
+  ml_pipeline_h pipe = NULL;
   ml_pipeline_src_h src = NULL;
   ml_pipeline_state_e state = ML_PIPELINE_STATE_UNKNOWN;
   ml_tensors_info_h info = make_info(ML_TENSOR_TYPE_FLOAT32, 4, 1);
@@ -125,14 +130,19 @@ static void a_failed_element_is_the_error_of_the_state(void) {
   int result = ML_ERROR_NONE;
   OK(ml_pipeline_custom_easy_filter_register("fails", info, info, fail_always, NULL, &filter));
   OK(ml_tensors_data_create(info, &data));
+  pipe = construct(
+      "appsrc name=in ! tensor_filter framework=custom-easy model=fails ! "
+      "tensor_sink name=out sync=false");
   OK(ml_pipeline_src_get_handle(pipe, "in", &src));
   OK(ml_pipeline_start(pipe));
   while (result == ML_ERROR_NONE)
     result = ml_pipeline_src_input_data(src, data, ML_PIPELINE_BUF_POLICY_DO_NOT_FREE);
-  CHECK(strstr(ml_error(), "the callback of fails returned -7"));
+  CHECK(result == ML_ERROR_STREAMS_PIPE);
+  CHECK(strstr(last_error(), "the callback of fails returned -7"));
   CHECK_REFUSED(ml_pipeline_get_state(pipe, &state), ML_ERROR_STREAMS_PIPE,
                 "the callback of fails returned -7");
   CHECK(state != ML_PIPELINE_STATE_UNKNOWN);
+  CHECK_REFUSED(ml_pipeline_start(pipe), ML_ERROR_STREAMS_PIPE, "fails returned -7");
   OK(ml_pipeline_flush(pipe, false));
   OK(ml_pipeline_get_state(pipe, &state));
   OK(ml_pipeline_destroy(pipe));
@@ -188,11 +198,12 @@ static void texts_and_names_are_refused(void) {
   ml_pipeline_sink_h sink = NULL;
   ml_tensors_data_h data = two_floats(1);
   Seen seen = SEEN;
-  CHECK_REFUSED(ml_pipeline_construct("videotestsrc ! fakesinc", NULL, NULL, &pipe),
-                ML_ERROR_INVALID_PARAMETER, "did you mean fakesink?");
-  CHECK(pipe == NULL);
   CHECK_REFUSED(ml_pipeline_construct(NULL, NULL, NULL, &pipe), ML_ERROR_INVALID_PARAMETER,
                 "pipeline_description is a null pointer");
+  CHECK(pipe == (void*)&pipe);
+  CHECK_REFUSED(ml_pipeline_construct("videotestsrc ! fakesinc", NULL, NULL, &pipe),
+                ML_ERROR_STREAMS_PIPE, "did you mean fakesink?");
+  CHECK(pipe == NULL);
   CHECK_REFUSED(ml_pipeline_construct("fakesink", NULL, NULL, NULL), ML_ERROR_INVALID_PARAMETER,
                 "pipe is a null pointer");
   CHECK_REFUSED(ml_pipeline_start(NULL), ML_ERROR_INVALID_PARAMETER, "pipe is a null pointer");
@@ -212,9 +223,9 @@ static void texts_and_names_are_refused(void) {
   CHECK_REFUSED(ml_pipeline_src_get_handle(pipe, NULL, &src), ML_ERROR_INVALID_PARAMETER,
                 "null pointer");
   OK(ml_pipeline_src_get_handle(pipe, "in", &src));
-  CHECK_REFUSED(ml_pipeline_src_input_data(src, data, ML_PIPELINE_BUF_POLICY_AUTO_FREE),
-                ML_ERROR_TRY_AGAIN, "the pipeline is stopped");
   CHECK_REFUSED(ml_pipeline_src_input_data(src, data, (ml_pipeline_buf_policy_e)9),
+                ML_ERROR_INVALID_PARAMETER, "policy is not a value");
+  CHECK_REFUSED(ml_pipeline_src_input_data(src, data, ML_PIPELINE_BUF_POLICY_MAX),
                 ML_ERROR_INVALID_PARAMETER, "policy is not a value");
   CHECK_REFUSED(ml_pipeline_src_input_data(data, data, ML_PIPELINE_BUF_POLICY_AUTO_FREE),
                 ML_ERROR_INVALID_PARAMETER, "src_handle is a handle of a different type");
@@ -229,6 +240,223 @@ static void texts_and_names_are_refused(void) {
   OK(ml_tensors_data_destroy(data));
 }
 
+/* Nothing is left of a pipeline that cannot be constructed. */
+static void a_pipeline_that_cannot_be_paused_is_refused(void) {
+  static const char* const texts[] = {
+      "",
+      "videotestsrc ! ",
+      "videotestsrc nosuchproperty=1 ! fakesink",
+      "videotestsrc ! audioconvert ! fakesink",
+      "filesrc location=/no/such/file ! fakesink",
+      "appsrc ! tensor_filter framework=custom-easy model=nosuchfilter ! fakesink",
+      "appsrc ! tensor_filter framework=nosuchframework model=x ! fakesink",
+      "appsrc ! tensor_filter framework=tensorflow-lite model=/no/such.tflite ! fakesink"};
+  size_t i;
+  for (i = 0; i < sizeof texts / sizeof *texts; ++i) {
+    ml_pipeline_h pipe = &pipe;
+    const int result = ml_pipeline_construct(texts[i], NULL, NULL, &pipe);
+    if (result != ML_ERROR_STREAMS_PIPE || pipe) {
+      REPORT("constructed with %d: %s\n", result, texts[i]);
+      ++failed_checks;
+    }
+  }
+}
+
+/* Pushes before the start; the bytes of data count, not its type. */
+static void frames_wait_for_the_start(void) {
+  Seen seen = SEEN;
+  ml_pipeline_h pipe = construct(
+      "appsrc name=in ! "
+      "other/tensors,format=static,num_tensors=1,dimensions=(string)2:1,types=float32,"
+      "framerate=30/1 ! tensor_sink name=out sync=false");
+  ml_tensors_info_h info = NULL, bytes = make_info(ML_TENSOR_TYPE_UINT8, 8, 0);
+  ml_tensors_info_h few = make_info(ML_TENSOR_TYPE_UINT8, 7, 0);
+  ml_tensor_dimension dimension;
+  ml_tensor_type_e type = ML_TENSOR_TYPE_UNKNOWN;
+  ml_pipeline_src_h src = NULL;
+  ml_pipeline_sink_h sink = NULL;
+  ml_tensors_data_h data = NULL;
+  const float values[2] = {6, 7};
+  unsigned int count = 0;
+  OK(ml_pipeline_sink_register(pipe, "out", see, &seen, &sink));
+  OK(ml_pipeline_src_get_handle(pipe, "in", &src));
+  OK(ml_pipeline_src_get_tensors_info(src, &info));
+  OK(ml_tensors_info_get_count(info, &count));
+  CHECK(count == 1);
+  OK(ml_tensors_info_get_tensor_type(info, 0, &type));
+  OK(ml_tensors_info_get_tensor_dimension(info, 0, dimension));
+  CHECK(type == ML_TENSOR_TYPE_FLOAT32 && dimension[0] == 2);
+  OK(ml_pipeline_src_input_data(src, two_floats(5), ML_PIPELINE_BUF_POLICY_AUTO_FREE));
+  OK(ml_tensors_data_create(bytes, &data));
+  OK(ml_tensors_data_set_tensor_data(data, 0, values, sizeof values));
+  OK(ml_pipeline_src_input_data(src, data, ML_PIPELINE_BUF_POLICY_AUTO_FREE));
+  CHECK(get_count(&seen.frames) == 0);
+  OK(ml_pipeline_start(pipe));
+  wait_for(&seen.frames, 2);
+  CHECK(seen.last == 6);
+  OK(ml_tensors_data_create(few, &data));
+  CHECK_REFUSED(ml_pipeline_src_input_data(src, data, ML_PIPELINE_BUF_POLICY_AUTO_FREE),
+                ML_ERROR_INVALID_PARAMETER, "tensor 0 does not match the caps of the appsrc");
+  OK(ml_tensors_data_destroy(data)); /* it is still the program's */
+  CHECK_REFUSED(ml_pipeline_src_get_tensors_info(src, NULL), ML_ERROR_INVALID_PARAMETER,
+                "info is a null pointer");
+  OK(ml_pipeline_destroy(pipe));
+  OK(ml_tensors_info_destroy(info));
+  OK(ml_tensors_info_destroy(bytes));
+  OK(ml_tensors_info_destroy(few));
+}
+
+static void count_frame(const ml_tensors_data_h data, const ml_tensors_info_h info,
+                        void* user_data) {
+  void* memory = NULL;
+  size_t size = 0;
+  (void)info;
+  OK(ml_tensors_data_get_tensor_data(data, 0, &memory, &size));
+  CHECK(size == 4);
+  raise_count(user_data);
+}
+
+/* The capsfilters that published programs have after their appsrc. */
+static void published_caps_take_data(void) {
+  static const char* const caps[] = {
+      "other/tensor,dimension=(string)4:1:1:1,type=(string)uint8,framerate=(fraction)0/1",
+      "other/tensor,dimension=4:1:1:1,type=uint8,framerate=30/1",
+      "other/tensors,format=static,num_tensors=1,dimensions=4:1:1:1,types=uint8,framerate=30/1",
+      "other/tensors,format=flexible,framerate=30/1",
+      "application/octet-stream",
+      "text/x-raw,format=utf8",
+      "video/x-raw,format=GRAY8,width=4,height=1,framerate=30/1"};
+  ml_tensors_info_h info = make_info(ML_TENSOR_TYPE_UINT8, 4, 1);
+  size_t i;
+  int frame;
+  for (i = 0; i < sizeof caps / sizeof *caps; ++i) {
+    Counter frames = COUNTER;
+    char text[256];
+    ml_pipeline_h pipe;
+    ml_pipeline_src_h src = NULL;
+    ml_pipeline_sink_h sink = NULL;
+    ml_tensors_data_h data = NULL;
+    snprintf(text, sizeof text, "appsrc name=in ! %s ! appsink name=out sync=false", caps[i]);
+    pipe = construct(text);
+    OK(ml_pipeline_sink_register(pipe, "out", count_frame, &frames, &sink));
+    OK(ml_pipeline_src_get_handle(pipe, "in", &src));
+    OK(ml_pipeline_start(pipe));
+    for (frame = 0; frame < 3; ++frame) {
+      OK(ml_tensors_data_create(info, &data));
+      OK(ml_pipeline_src_input_data(src, data, ML_PIPELINE_BUF_POLICY_AUTO_FREE));
+    }
+    wait_for(&frames, 3);
+    OK(ml_pipeline_destroy(pipe));
+  }
+  OK(ml_tensors_info_destroy(info));
+}
+
+static void media_and_open_caps_name_no_tensors(void) {
+  static const char* const texts[] = {
+      "appsrc name=in ! video/x-raw,format=RGB,width=4,height=4,framerate=30/1 ! fakesink",
+      "appsrc name=in ! other/tensors,format=flexible,framerate=30/1 ! fakesink",
+      "appsrc name=in ! application/octet-stream ! fakesink", "appsrc name=in ! tensor_sink"};
+  size_t i;
+  for (i = 0; i < sizeof texts / sizeof *texts; ++i) {
+    ml_pipeline_h pipe = construct(texts[i]);
+    ml_pipeline_src_h src = NULL;
+    ml_tensors_info_h info = NULL;
+    unsigned int count = 9;
+    OK(ml_pipeline_src_get_handle(pipe, "in", &src));
+    OK(ml_pipeline_src_get_tensors_info(src, &info));
+    OK(ml_tensors_info_get_count(info, &count));
+    CHECK(count == 0);
+    OK(ml_tensors_info_destroy(info));
+    OK(ml_pipeline_destroy(pipe));
+  }
+}
+
+typedef struct {
+  Counter needs, enoughs;
+  ml_pipeline_src_h src;
+} Requests;
+
+static void need(ml_pipeline_src_h src, unsigned int length, void* user_data) {
+  Requests* requests = user_data;
+  (void)length;
+  CHECK(src == requests->src);
+  raise_count(&requests->needs);
+}
+
+static void enough(ml_pipeline_src_h src, void* user_data) {
+  Requests* requests = user_data;
+  CHECK(src == requests->src);
+  raise_count(&requests->enoughs);
+}
+
+static void a_source_asks_for_data(void) {
+  Requests requests = {COUNTER, COUNTER, NULL}, other = {COUNTER, COUNTER, NULL};
+  ml_pipeline_src_callbacks_s functions = {need, enough, NULL}, none = {NULL, NULL, NULL};
+  ml_pipeline_h pipe = construct("appsrc name=in max-buffers=1 ! tensor_sink sync=false");
+  ml_pipeline_src_h src = NULL;
+  int i;
+  OK(ml_pipeline_src_get_handle(pipe, "in", &src));
+  requests.src = other.src = src;
+  CHECK_REFUSED(ml_pipeline_src_set_event_cb(src, NULL, &requests), ML_ERROR_INVALID_PARAMETER,
+                "cb is a null pointer");
+  CHECK_REFUSED(ml_pipeline_src_set_event_cb(NULL, &functions, &requests),
+                ML_ERROR_INVALID_PARAMETER, "src_handle is a null pointer");
+  OK(ml_pipeline_src_set_event_cb(src, &functions, &other));
+  OK(ml_pipeline_src_set_event_cb(src, &functions, &requests)); /* replaces the one before */
+  functions = none;                                             /* it was copied */
+  for (i = 0; i < 3; ++i)
+    OK(ml_pipeline_src_input_data(src, two_floats(1), ML_PIPELINE_BUF_POLICY_AUTO_FREE));
+  wait_for(&requests.enoughs, 1);
+  OK(ml_pipeline_start(pipe));
+  wait_for(&requests.needs, 1);
+  /* Also after a flush. */
+  OK(ml_pipeline_flush(pipe, true));
+  i = get_count(&requests.needs);
+  OK(ml_pipeline_src_input_data(src, two_floats(1), ML_PIPELINE_BUF_POLICY_AUTO_FREE));
+  wait_for(&requests.needs, i + 1);
+  OK(ml_pipeline_src_release_handle(src));
+  i = get_count(&requests.needs);
+  OK(ml_pipeline_src_get_handle(pipe, "in", &src));
+  OK(ml_pipeline_src_input_data(src, two_floats(1), ML_PIPELINE_BUF_POLICY_AUTO_FREE));
+  OK(ml_pipeline_destroy(pipe));
+  CHECK(get_count(&requests.needs) == i);
+  /* Calls between the two registrations are possible, none afterwards. */
+  CHECK(get_count(&other.needs) <= 1 && get_count(&other.enoughs) == 0);
+}
+
+static void elements_and_frameworks_are_available(void) {
+  bool available = false;
+  OK(ml_check_element_availability("tensor_filter", &available));
+  CHECK(available);
+  OK(ml_check_element_availability("videotestsrc", &available));
+  CHECK(available);
+  OK(ml_check_element_availability("nosuchelement", &available));
+  CHECK(!available);
+  OK(ml_check_element_availability(ML_TIZEN_CAM_VIDEO_SRC, &available));
+  CHECK(!available);
+  CHECK_REFUSED(ml_check_element_availability(NULL, &available), ML_ERROR_INVALID_PARAMETER,
+                "null pointer");
+  CHECK_REFUSED(ml_check_element_availability("x", NULL), ML_ERROR_INVALID_PARAMETER,
+                "null pointer");
+  OK(ml_check_nnfw_availability(ML_NNFW_TYPE_CUSTOM_FILTER, ML_NNFW_HW_ANY, &available));
+  CHECK(available);
+  OK(ml_check_nnfw_availability(ML_NNFW_TYPE_CUSTOM_FILTER, (ml_nnfw_hw_e)77, &available));
+  CHECK(available); /* an unknown number is AUTO */
+  OK(ml_check_nnfw_availability_full(ML_NNFW_TYPE_CUSTOM_FILTER, ML_NNFW_HW_NPU, "a:b",
+                                     &available));
+  CHECK(!available);
+  OK(ml_check_nnfw_availability(ML_NNFW_TYPE_SNPE, ML_NNFW_HW_ANY, &available));
+  CHECK(!available);
+  available = true;
+  CHECK_REFUSED(ml_check_nnfw_availability(ML_NNFW_TYPE_ANY, ML_NNFW_HW_ANY, &available),
+                ML_ERROR_INVALID_PARAMETER, "nnfw names no framework");
+  CHECK(!available);
+  CHECK_REFUSED(ml_check_nnfw_availability((ml_nnfw_type_e)4711, ML_NNFW_HW_ANY, &available),
+                ML_ERROR_INVALID_PARAMETER, "nnfw is not a value of ml_nnfw_type_e");
+  CHECK_REFUSED(ml_check_nnfw_availability(ML_NNFW_TYPE_SNPE, ML_NNFW_HW_ANY, NULL),
+                ML_ERROR_INVALID_PARAMETER, "available is a null pointer");
+}
+
 int main(void) {
   frames_go_in_and_come_out("appsrc name=in ! tensor_sink name=out sync=false");
   frames_go_in_and_come_out(
@@ -238,5 +466,11 @@ int main(void) {
   a_failed_element_is_the_error_of_the_state();
   callbacks_may_call();
   texts_and_names_are_refused();
+  a_pipeline_that_cannot_be_paused_is_refused();
+  frames_wait_for_the_start();
+  published_caps_take_data();
+  media_and_open_caps_name_no_tensors();
+  a_source_asks_for_data();
+  elements_and_frameworks_are_available();
   return result_of_checks();
 }

@@ -54,7 +54,7 @@ class Installed(unittest.TestCase):
         cls.programs = {}
         for source, package in {"model_once.cpp": "weir", "model_once.c": "weir",
                                 "pipeline_push_pull.cpp": "weir-pipeline",
-                                "application_api.c": "capi-nnstreamer",
+                                "application_api.c": "capi-ml-inference",
                                 "custom_filter.cpp": "weir-pipeline", "custom_filter.c": "weir-pipeline"}.items():
             cls.programs[source] = cls.compile(SOURCE / "examples" / source, package)
 
@@ -135,6 +135,43 @@ class Installed(unittest.TestCase):
         done = self.start("pipeline_push_pull.cpp", "tensor_filter framework=fake model=/no/such/model")
         self.assertEqual(done.returncode, 1)
         self.assertIn("WEIR-3003: ", done.stderr)
+
+    def test_programs_of_the_application_api_find_all_they_need_with_each_package(self):
+        # Each header alone, as published programs include it, and C99.
+        common = "int main(void) { bool no = false; free(NULL); return no || ESTRPIPE != 86 || ml_error() || !ml_strerror(ML_ERROR_IO_ERROR); }"
+        single = ("int main(void) { ml_single_h single; return ml_single_open(&single, \"/no/such\", NULL, NULL, ML_NNFW_TYPE_TENSORFLOW_LITE, "
+                  "ML_NNFW_HW_ANY) != ML_ERROR_INVALID_PARAMETER || !ml_error(); }")
+        pipeline = ("int main(void) { ml_pipeline_h pipe; bool yes = false; ml_check_element_availability(\"tensor_filter\", &yes); "
+                    "if (ml_pipeline_construct(\"appsrc ! tensor_sink\", NULL, NULL, &pipe)) return 1; return ml_pipeline_destroy(pipe) || !yes; }")
+        for package, header, text in (("capi-ml-common", "ml-api-common.h", common), ("capi-ml-common", "tizen_error.h", "int main(void) { return EIO + TIZEN_ERROR_IO_ERROR; }"),
+                                      ("capi-ml-inference-single", "nnstreamer-single.h", single), ("capi-ml-inference", "nnstreamer.h", pipeline),
+                                      ("capi-ml-inference", "nnstreamer-single.h", single), ("capi-nnstreamer", "nnstreamer.h", pipeline),
+                                      ("nnstreamer-capi", "nnstreamer.h", common)):
+            with self.subTest(f"{package} {header}"):
+                source = pathlib.Path(self.folder.name) / "program_of_a_user.c"
+                source.write_text(f"#include <{header}>\n{text}\n")
+                self.programs["user"] = self.compile(source, package, "-std=c99")
+                done = self.start("user")
+                self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        self.assertEqual(run("pkg-config", "--modversion", LIBRARIES / "pkgconfig" / "capi-ml-inference.pc",
+                             env={**os.environ, "PKG_CONFIG_PATH": str(LIBRARIES / "pkgconfig")}).stdout, "1.8.8\n")
+
+    def test_a_binary_built_for_nnstreamers_libraries_runs(self):
+        # Its symbols are in three libraries there, without versions.
+        folder = pathlib.Path(self.folder.name)
+        calls = {"capi-ml-common": "ml_option_create", "capi-ml-inference-single": "ml_single_close", "capi-nnstreamer": "ml_pipeline_start"}
+        compiler = shlex.split(os.environ["WEIR_CC"])
+        for library, call in calls.items():
+            (folder / "stub.c").write_text(f"int {call}(void* x) {{ (void)x; return 77; }}\n")
+            done = run(*compiler, "-shared", "-fPIC", folder / "stub.c", "-o", folder / f"lib{library}.so", f"-Wl,-soname,lib{library}.so.1")
+            self.assertEqual(done.returncode, 0, done.stderr)
+        (folder / "old.c").write_text("".join(f"int {call}(void*);\n" for call in calls.values()) + "int main(void) { return " +
+                                      " || ".join(f"{call}(0) != -22" for call in calls.values()) + "; }\n")
+        self.programs["old"] = folder / "old"
+        done = run(*compiler, folder / "old.c", "-o", folder / "old", f"-L{folder}", *(f"-l{library}" for library in calls))
+        self.assertEqual(done.returncode, 0, done.stderr)
+        done = self.start("old")
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
 
     def test_a_program_on_nnstreamers_application_api_runs(self):
         done = self.start("application_api.c", "tensor_filter framework=custom-easy model=twice")

@@ -58,7 +58,10 @@ class BuildFolder(unittest.TestCase):
                    "nnstreamer-single": ("c", "nnstreamer_plugin_api_util.h", "gst_tensor_get_type(\"uint8\") != _NNS_UINT8"),
                    "nnstreamer-internal": ("c", "nnstreamer/nnstreamer_internal.h", "gst_tensor_get_format(NULL) == 0"),
                    "nnstreamer-cpp": ("c++", "nnstreamer_cppplugin_api_filter.hh", "get_accl_hw_type(\"gpu\") != ACCL_GPU"),
-                   "capi-nnstreamer": ("c", "nnstreamer.h", "ML_ERROR_NONE != 0 || !ml_error"),
+                   "capi-nnstreamer": ("c", "nnstreamer.h", "ML_ERROR_NONE != 0 || ml_error() != NULL"),
+                   "capi-ml-common": ("c", "ml-api-common.h", "!ml_strerror(ML_ERROR_IO_ERROR)"),
+                   "capi-ml-inference-single": ("c", "nnstreamer-single.h", "ml_single_close(NULL) != ML_ERROR_INVALID_PARAMETER"),
+                   "capi-ml-inference": ("c", "nnstreamer.h", "ml_pipeline_start(NULL) != ML_ERROR_INVALID_PARAMETER"),
                    "weir": ("c", "weir/model.h", "weir_model_input_count(0) != 0"),
                    "weir-module": ("c", "weir/abi.h", "!WEIR_ABI_MAJOR")}
         options = json.loads((pathlib.Path(os.environ["WEIR_BUILD"]) / "meson-info" / "intro-buildoptions.json").read_text())

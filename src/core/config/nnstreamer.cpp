@@ -41,7 +41,7 @@ constexpr std::pair<const char*, const char*> kKnown[] = {
     {"pytorch", "enable_use_gpu"},
     {"tensorflow-lite", "subplugin_priority"},
     {"element-restriction", "enable_element_restriction"},
-    {"element-restriction", "restricted_elements"},
+    {"element-restriction", "allowed_elements"},
 };
 
 const FolderKeys& get_keys(FolderKind kind) {
