@@ -165,8 +165,8 @@ def array(columns: Columns, tensor: typing.Union[bytes, Array]) -> Array:
     else:
         if len(tensor) % 4:
             raise ValueError(f"{len(tensor)} bytes are not a number of float32")
-        numbers = numpy.frombuffer(tensor, dtype="<f4")
-    if numbers.size == 0 or numbers.size % columns.length:
+        numbers = numpy.frombuffer(tensor, dtype="<f4") if tensor else numpy.empty(0, "<f4")
+    if numbers.size % columns.length:
         raise ValueError(f"{numbers.size} numbers are not rows of {columns.length}")
     return numbers.reshape(-1, columns.length)
 

@@ -76,6 +76,7 @@ TensorSpec to_spec(const weir_tensor_info& info) {
     const int64_t extent = info.shape[rank - 1 - i];
     out.shape[i] = extent > 0 && extent <= UINT32_MAX ? static_cast<uint32_t>(extent) : 0;
   }
+  if (rank > 0) out.shape.set_rank(rank);
   return out;
 }
 

@@ -29,9 +29,9 @@ Error zones_twice(const ResultRoles& roles) {
 }
 
 TensorSpec rows_spec(size_t length, size_t rows) {
-  return {.type = ElementType::Float32,
-          .shape = Shape{static_cast<uint32_t>(length), static_cast<uint32_t>(rows)},
-          .name = {}};
+  Shape shape{static_cast<uint32_t>(length), static_cast<uint32_t>(rows)};
+  shape.set_rank(2);
+  return {.type = ElementType::Float32, .shape = shape, .name = {}};
 }
 
 OutputTensor make_table(size_t length, std::vector<float> numbers) {

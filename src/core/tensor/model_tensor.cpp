@@ -33,6 +33,7 @@ TensorSpec to_spec(const ModelTensor& model) {
   if (model.shape.empty()) spec.shape[0] = 1;
   for (size_t i = 0; i < std::min(model.shape.size(), kRankLimit); ++i)
     spec.shape[i] = static_cast<uint32_t>(model.inner(i));
+  if (spec.shape.rank() < model.shape.size()) spec.shape.set_rank(model.shape.size());
   return spec;
 }
 

@@ -30,7 +30,8 @@ struct ModelTensor {
       const;  // innermost-first as in caps, '?' for what is open: "float32 3:?:?:1"
 };
 
-// The tensor of a completely known shape; a scalar becomes "1". Precondition: fixed().
+// The tensor of a completely known shape; a scalar becomes "1". Precondition: no dimension is open
+// (0 is a tensor without elements).
 TensorSpec to_spec(const ModelTensor& tensor);
 // All tensors, with open parts left unknown (type End, invalid shape).
 std::vector<TensorSpec> known_parts(const std::vector<ModelTensor>& tensors);

@@ -30,7 +30,16 @@ Shape Shape::parse(std::string_view text) noexcept {
   return shape;
 }
 
+void Shape::set_rank(size_t rank) noexcept {
+  set_rank_ = std::min(rank, kRankLimit);
+}
+
+bool Shape::is_empty() const noexcept {
+  return set_rank_ > 0 && count() == 0;
+}
+
 size_t Shape::rank() const noexcept {
+  if (set_rank_ > 0) return set_rank_;
   return static_cast<size_t>(std::find(dims_.begin(), dims_.end(), 0u) - dims_.begin());
 }
 
@@ -67,14 +76,20 @@ std::string Shape::to_string(size_t min_entries) const {
 
 Shape Shape::with_rank(size_t rank) const noexcept {
   Shape out;
-  for (size_t i = 0; i < std::min(rank, kRankLimit); ++i) out.dims_[i] = std::max(dims_[i], 1u);
+  rank = std::min(rank, kRankLimit);
+  const size_t given = std::min(rank, this->rank());
+  std::copy_n(dims_.begin(), given, out.dims_.begin());
+  std::fill(out.dims_.begin() + given, out.dims_.begin() + rank, 1u);
+  if (set_rank_ > 0) out.set_rank(rank);
   return out;
 }
 
 bool Shape::operator==(const Shape& other) const noexcept {
-  return valid() && other.valid() &&
-         std::equal(dims_.begin(), dims_.end(), other.dims_.begin(),
-                    [](uint32_t a, uint32_t b) { return a == b || (a <= 1 && b <= 1); });
+  if (!valid() || !other.valid()) return false;
+  const size_t rank = this->rank(), other_rank = other.rank();
+  for (size_t i = 0; i < std::max(rank, other_rank); ++i)
+    if ((i < rank ? dims_[i] : 1) != (i < other_rank ? other.dims_[i] : 1)) return false;
+  return true;
 }
 
 }  // namespace weir

@@ -27,20 +27,26 @@ class Shape {
   uint32_t operator[](size_t i) const noexcept { return dims_[i]; }  // 0 beyond the rank
   uint32_t& operator[](size_t i) noexcept { return dims_[i]; }
   const std::array<uint32_t, kRankLimit>& dims() const noexcept { return dims_; }
-  size_t rank() const noexcept;      // leading non-zero entries
+  // Makes the first `rank` entries, at most kRankLimit, dimensions also where they are 0: "2:0" has
+  // no rows of two, and no elements. Such tensors occur in flexible streams and in frames of
+  // modules, never in caps.
+  void set_rank(size_t rank) noexcept;
+  size_t rank() const noexcept;      // leading non-zero entries, or set_rank()
+  bool is_empty() const noexcept;    // has dimensions, and one of them is 0
   size_t min_rank() const noexcept;  // rank without trailing ones, at least 1
-  bool valid() const noexcept;       // rank >= 1 and only zeros after the first zero
-  // Product of the leading non-zero entries, 0 if the first is 0; nullopt if it exceeds 63 bits.
+  bool valid() const noexcept;       // rank >= 1 and only zeros after it
+  // Product of the dimensions, 0 without any; nullopt if it exceeds 63 bits.
   std::optional<uint64_t> count() const noexcept;
-  // Leading non-zero entries joined by ':', padded with ":1" up to min_entries.
+  // The dimensions joined by ':', padded with ":1" up to min_entries.
   std::string to_string(size_t min_entries = 0) const;
   // First `rank` dimensions; missing ones become 1. For caps.
   Shape with_rank(size_t rank) const noexcept;
-  // docs/compatibility/types-and-caps.md 1.4: both valid, entries equal or both <= 1.
+  // docs/compatibility/types-and-caps.md 1.4: both valid, entries equal or both 1 or not given.
   bool operator==(const Shape& other) const noexcept;
 
  private:
   std::array<uint32_t, kRankLimit> dims_{};
+  size_t set_rank_ = 0;
 };
 
 }  // namespace weir

@@ -31,6 +31,26 @@ TEST(Shape, NonNumericTextIsInvalid) {
     EXPECT_FALSE(Shape::parse(text).valid()) << text;
 }
 
+TEST(Shape, HasDimensionsOfZeroWhereTheRankIsSet) {
+  Shape s{5, 0, 3};
+  EXPECT_FALSE(s.valid());
+  s.set_rank(3);
+  EXPECT_TRUE(s.valid());
+  EXPECT_TRUE(s.is_empty());
+  EXPECT_EQ(s.count(), 0u);
+  EXPECT_EQ(s.rank(), 3u);
+  EXPECT_EQ(s.to_string(), "5:0:3");
+  Shape five{5};
+  five.set_rank(1);
+  EXPECT_FALSE(five.is_empty());
+  EXPECT_EQ(five, (Shape{5, 1}));
+  Shape none{5, 0};
+  none.set_rank(2);
+  EXPECT_FALSE(none == (Shape{5}));
+  EXPECT_FALSE(none == (Shape{5, 1}));
+  EXPECT_EQ(none.with_rank(3).to_string(), "5:0:1");
+}
+
 TEST(Shape, AcceptsUpToSixteenDimensions) {
   std::string text = "2";
   for (int i = 0; i < 15; ++i) text += ":1";

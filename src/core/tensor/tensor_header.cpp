@@ -19,7 +19,9 @@ enum Word {
   kDimsWord,
   kFormatWord = 19,
   kMediaWord,
-  kNnzWord
+  kNnzWord,
+  kEmptyWord,  // bit i: dimension i is 0
+  kFirstWord
 };
 
 uint32_t word(std::span<const std::byte> bytes, size_t index) noexcept {
@@ -37,6 +39,34 @@ Error invalid_header(std::string what, std::string offered, std::string needed) 
                .offered = std::move(offered),
                .needed = std::move(needed),
                .fix = "check the element or program that wrote the stream"};
+}
+
+// A tensor without elements: the first dimension is written as 0, which other readers of this
+// format reject, and stands in kFirstWord. Dimensions of 0 are written as 1. False if not valid.
+bool read_shape(std::span<const std::byte> bytes, Shape* shape) noexcept {
+  for (size_t i = 0; i < kRankLimit; ++i) (*shape)[i] = word(bytes, kDimsWord + i);
+  const uint32_t empty = word(bytes, kEmptyWord);
+  if (empty == 0 || (*shape)[0] != 0) return shape->valid();
+  (*shape)[0] = word(bytes, kFirstWord);
+  if (!shape->valid()) return false;
+  shape->set_rank(shape->rank());
+  for (size_t i = 0; i < 32; ++i) {
+    if (!((empty >> i) & 1)) continue;
+    if (i >= shape->rank() || (*shape)[i] != 1) return false;
+    (*shape)[i] = 0;
+  }
+  return true;
+}
+
+void write_shape(const Shape& shape, std::span<std::byte, kTensorHeaderBytes> out) noexcept {
+  const bool is_empty = shape.is_empty();
+  for (size_t i = is_empty ? 1 : 0; i < shape.rank(); ++i)
+    put(out, kDimsWord + i, std::max(shape[i], 1u));
+  if (!is_empty) return;
+  uint32_t empty = 0;
+  for (size_t i = 0; i < shape.rank(); ++i) empty |= shape[i] == 0 ? 1u << i : 0;
+  put(out, kEmptyWord, empty);
+  put(out, kFirstWord, std::max(shape[0], 1u));
 }
 
 Status check_sizes(const TensorHeader& header) {
@@ -84,12 +114,14 @@ Result<TensorHeader> read_tensor_header(std::span<const std::byte> bytes) {
                           "0 to 4");
   TensorHeader header;
   header.spec.type = static_cast<ElementType>(type);
-  for (size_t i = 0; i < kRankLimit; ++i) header.spec.shape[i] = word(bytes, kDimsWord + i);
-  if (!header.spec.shape.valid())
+  if (!read_shape(bytes, &header.spec.shape))
     return invalid_header("a tensor header has bad dimensions",
                           "\"" + header.spec.shape.to_string() + "\"",
                           "numbers above 0, followed by zeros only");
   header.format = static_cast<Format>(format);
+  if (header.format == Format::Sparse && header.spec.shape.is_empty())
+    return invalid_header("a sparse tensor has no elements", header.spec.shape.to_string(),
+                          "numbers above 0, followed by zeros only");
   header.media = static_cast<MediaType>(media);
   if (header.format == Format::Sparse) header.nonzero_count = word(bytes, kNnzWord);
   if (auto status = check_sizes(header); !status) return status.error();
@@ -114,7 +146,7 @@ void write_tensor_header(const TensorHeader& header,
   put(out, kMagicWord, kMagic);
   put(out, kVersionWord, kVersion);
   put(out, kTypeWord, static_cast<uint32_t>(header.spec.type));
-  for (size_t i = 0; i < kRankLimit; ++i) put(out, kDimsWord + i, header.spec.shape[i]);
+  write_shape(header.spec.shape, out);
   put(out, kFormatWord, static_cast<uint32_t>(header.format));
   put(out, kMediaWord, static_cast<uint32_t>(header.media));
   if (header.format == Format::Sparse) put(out, kNnzWord, header.nonzero_count);

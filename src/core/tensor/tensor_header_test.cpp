@@ -52,6 +52,61 @@ TEST(TensorHeader, IsWrittenInTheDocumentedLayout) {
   EXPECT_EQ(std::memcmp(out.data(), golden().data(), 128), 0);
 }
 
+Shape empty(std::initializer_list<uint32_t> dims) {
+  Shape shape(dims);
+  shape.set_rank(dims.size());
+  return shape;
+}
+
+// Readers of NNStreamer reject the header: its first dimension is 0.
+TEST(TensorHeader, WithoutElementsIsReadAndWrittenInTheDocumentedLayout) {
+  Bytes bytes = golden();
+  put(bytes, 12, 0);
+  put(bytes, 16, 1);
+  put(bytes, 22 * 4, 2);
+  put(bytes, 23 * 4, 5);
+  bytes.resize(128);
+  const auto header = read_tensor_chunk(bytes);
+  ASSERT_TRUE(header) << header.error().message();
+  EXPECT_EQ(header->spec.to_string(), "float32 5:0");
+  EXPECT_EQ(header->payload_bytes(), 0u);
+  std::array<std::byte, 128> out;
+  write_tensor_header(*header, out);
+  EXPECT_EQ(std::memcmp(out.data(), bytes.data(), 128), 0);
+}
+
+TEST(TensorHeader, WithoutElementsComesBack) {
+  for (const Shape& shape : {empty({0}), empty({5, 0}), empty({0, 5}), empty({3, 0, 2, 0}),
+                             empty({1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 0})}) {
+    std::array<std::byte, 128> out;
+    write_tensor_header({.spec = {ElementType::UInt8, shape, ""}}, out);
+    const auto header = read_tensor_chunk(out);
+    ASSERT_TRUE(header) << shape.to_string();
+    EXPECT_EQ(header->spec.shape, shape);
+    EXPECT_EQ(header->spec.shape.to_string(), shape.to_string());
+    EXPECT_TRUE(header->spec.shape.is_empty());
+  }
+}
+
+TEST(TensorHeader, WithWrongEmptyDimensionsIsRejected) {
+  struct Lie {
+    uint32_t first, second, empty, format;
+  };
+  // None is 0; one beyond the rank; one that is not written as 1; a bit beyond all; sparse.
+  for (const Lie lie : {Lie{5, 1, 0, 1}, Lie{5, 1, 4, 1}, Lie{5, 3, 2, 1}, Lie{5, 1, 1u << 16, 1},
+                        Lie{5, 1, 2, 2}, Lie{0, 1, 2, 1}}) {
+    Bytes bytes = golden();
+    put(bytes, 12, 0);
+    put(bytes, 16, lie.second);
+    put(bytes, 76, lie.format);
+    put(bytes, 22 * 4, lie.empty);
+    put(bytes, 23 * 4, lie.first);
+    const auto header = read_tensor_chunk(bytes);
+    ASSERT_FALSE(header) << lie.empty;
+    EXPECT_EQ(header.error().code, Code::HEADER_INVALID);
+  }
+}
+
 TEST(TensorHeader, InconsistentIsRejected) {
   const struct {
     size_t at;

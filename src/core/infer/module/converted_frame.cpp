@@ -60,17 +60,18 @@ Result<TensorSpec> to_spec(const std::string& who, const weir_tensor_info& info)
   const auto refused = [&who](const std::string& offered) {
     return fault(
         who, " describes an invalid tensor", offered,
-        "a type, a rank of at most 16, dimensions of 1 to 4294967295, less than 2^63 bytes");
+        "a type, a rank of at most 16, dimensions of 0 to 4294967295, less than 2^63 bytes");
   };
   if (info.type >= WEIR_TYPE_END || info.rank > WEIR_RANK_LIMIT)
     return refused("type " + std::to_string(info.type) + ", rank " + std::to_string(info.rank));
   TensorSpec spec{static_cast<ElementType>(info.type), Shape{1}, ""};
   for (uint32_t i = 0; i < info.rank; ++i) {
     const int64_t extent = info.shape[info.rank - 1 - i];
-    if (extent < 1 || extent > UINT32_MAX)
+    if (extent < 0 || extent > UINT32_MAX)
       return refused("a dimension of " + std::to_string(extent));
     spec.shape[i] = static_cast<uint32_t>(extent);
   }
+  if (spec.shape.rank() < info.rank) spec.shape.set_rank(info.rank);
   if (!spec.bytes()) return refused(spec.to_string());
   return spec;
 }

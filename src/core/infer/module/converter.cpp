@@ -42,6 +42,7 @@ class ModuleConverter final : public Converter {
       if (open_parts(infos[i])) return std::vector<TensorSpec>{};
       const auto spec = to_spec(who_, infos[i]);
       if (!spec) return spec.error();
+      if (spec->shape.is_empty()) return std::vector<TensorSpec>{};  // the first frame decides
       specs.push_back(*spec);
     }
     return specs;

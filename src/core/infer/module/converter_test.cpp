@@ -195,7 +195,6 @@ TEST_F(ConverterTest, ValidatesDescriptions) {
       [](auto& info) { info.type = UINT32_MAX; },
       [](auto& info) { info.rank = WEIR_RANK_LIMIT + 1; },
       [](auto& info) { info.rank = WEIR_RANK_UNKNOWN; },
-      [](auto& info) { info.shape[0] = 0; },
       [](auto& info) { info.shape[1] = -1; },
       [](auto& info) { info.shape[1] = int64_t{1} << 32; },
       [](auto& info) { info.rank = 3, info.shape[0] = info.shape[1] = info.shape[2] = UINT32_MAX; },
