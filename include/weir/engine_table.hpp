@@ -16,7 +16,7 @@
 //   std::vector<weir_statistic> statistics() const;  its counts, for "weir.statistics/1"
 //   std::vector<weir_server> servers() const;        its servers, for "weir.servers/1"; then a
 //                                                    session has: const char* answered_by() const
-// Session has create, resolve and invoke, and may have
+// Session has create, resolve and invoke, which returns what guarded() takes, and may have
 //   Status warm();              WEIR_WARM; without it, nothing to warm
 //   Status reset_state();       WEIR_RESET_STATE; without it, no state
 // SPDX-License-Identifier: LGPL-2.1-or-later

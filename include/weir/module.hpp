@@ -64,8 +64,8 @@ inline int fail(weir_error* to, const Error& error) {
   return fail(*module_host, to, error);
 }
 
-// Runs `body`, which returns an ABI return value or a Status, and converts exceptions to errors: no
-// exception may leave the module.
+// Runs `body`, which returns an ABI return value, a Status, or a Result<bool> that is false for a
+// frame without a result, and converts exceptions to errors: no exception may leave the module.
 template <class Body>
 int guarded(weir_error* to, Body&& body) noexcept {
   // Allocates nothing in the module.
@@ -77,6 +77,11 @@ int guarded(weir_error* to, Body&& body) noexcept {
     if constexpr (std::is_same_v<decltype(body()), Status>) {
       const Status status = body();
       return status ? WEIR_OK : fail(to, status.error());
+    } else if constexpr (std::is_same_v<decltype(body()), Result<bool>>) {
+      const Result<bool> kept = body();
+      if (!kept) return fail(to, kept.error());
+      if (!*kept) return WEIR_NO_RESULT;
+      return WEIR_OK;
     } else {
       return body();
     }

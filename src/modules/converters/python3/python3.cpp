@@ -38,13 +38,15 @@ def check_array(index, shape, array):
 
 def convert(script, arrays):
     made = script.convert(arrays)
+    if made is None:
+        return None
     if not is_a(tuple, made) or len(made) != 4:
         raise TypeError("convert returns (tensors_info, out_array, rate_n, rate_d), not "
                         + (f"{len(made)} values" if is_a(tuple, made) else type(made).__name__))
     shapes, arrays, rate_n, rate_d = made
     shapes, arrays = list(shapes), list(arrays)  # read once
-    if not shapes:
-        raise ValueError("convert returns no tensors: at least one TensorShape with its array")
+    if not shapes and not arrays:
+        return None
     if len(shapes) != len(arrays):
         raise ValueError(f"{len(shapes)} TensorShapes for {len(arrays)} arrays")
     tensors = tuple(check_array(i, *pair) for i, pair in enumerate(zip(shapes, arrays)))
@@ -73,12 +75,14 @@ class Script {
   std::vector<weir_tensor_info> configure(std::string_view) { return {}; }
 
   bool convert(const weir_frame& frame, weir::ConverterOutput& output) {
+    bool has_frame = false;
     script_.with_frame([&](const Object& owner) {
       const Object made =
           script_.call("convert", script_.instance(), script_.make_byte_arrays(frame, owner));
-      fill(made.get(), output);
+      has_frame = api_.PyObject_IsTrue(made.get()) == 1;
+      if (has_frame) fill(made.get(), output);
     });
-    return true;
+    return has_frame;
   }
 
   std::optional<std::pair<int32_t, int32_t>> rate() const noexcept { return rate_; }

@@ -33,6 +33,7 @@ using LuaAllocator = void* (*)(void* data, void* block, size_t old_bytes, size_t
   X(void, lua_pushnumber, (lua_State*, double))                                         \
   X(void, lua_pushnil, (lua_State*))                                                    \
   X(void, lua_pushboolean, (lua_State*, int))                                           \
+  X(int, lua_toboolean, (lua_State*, int))                                              \
   X(void, lua_getfield, (lua_State*, int, const char*))                                 \
   X(void, lua_setfield, (lua_State*, int, const char*))                                 \
   X(void, lua_rawgeti, (lua_State*, int, int))                                          \

@@ -82,12 +82,12 @@ void LuaRunner::let_go() noexcept {
     }
 }
 
-Status LuaRunner::invoke(const weir_frame& in, weir_frame& out) {
+Result<bool> LuaRunner::invoke(const weir_frame& in, weir_frame& out) {
   Status status = take_inputs(in);
   if (status) status = take_outputs(out);
-  if (status) status = state_->invoke();
+  auto kept = status ? state_->invoke() : Result<bool>(status.error());
   let_go();
-  return status;
+  return kept;
 }
 
 }  // namespace weir::engine

@@ -18,7 +18,7 @@ class LuaRunner {
   // SPEC_MISMATCH for shapes other than those that the script's tables declare.
   Status resolve(std::span<const weir_tensor_info> in, std::span<weir_tensor_info> out);
   // Elements that the script does not write are 0. The host allocates outputs without data.
-  Status invoke(const weir_frame& in, weir_frame& out);
+  Result<bool> invoke(const weir_frame& in, weir_frame& out);
   Status reset_state() { return start(); }  // runs the script again
 
  private:

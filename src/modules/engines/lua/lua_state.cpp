@@ -353,13 +353,15 @@ Status LuaState::bind(std::vector<TensorSlot>* inputs, std::vector<TensorSlot>* 
   return ok();
 }
 
-Status LuaState::invoke() {
+Result<bool> LuaState::invoke() {
   api_.lua_rawgeti(state_, kLuaRegistry, traceback_);
   api_.lua_rawgeti(state_, kLuaRegistry, invoke_);
-  if (const int status = api_.lua_pcall(state_, 0, 0, 1))
+  if (const int status = api_.lua_pcall(state_, 0, 1, 1))
     return failure(Code::INVOKE_FAILED, "the script failed on a frame", status);
+  const bool is_dropped =
+      api_.lua_type(state_, -1) == kLuaBoolean && api_.lua_toboolean(state_, -1) == 0;
   api_.lua_settop(state_, 0);
-  return ok();
+  return !is_dropped;
 }
 
 uint64_t LuaState::bytes() const {

@@ -49,8 +49,9 @@ class LuaState {
   // Fills one slot per tensor of describe() with its type and number of elements. The slots must
   // outlive the state.
   Status bind(std::vector<TensorSlot>* inputs, std::vector<TensorSlot>* outputs);
-  // Calls nnstreamer_invoke(). INVOKE_FAILED with file, line and traceback.
-  Status invoke();
+  // Calls nnstreamer_invoke(); false if that returned false. INVOKE_FAILED with file, line and
+  // traceback.
+  Result<bool> invoke();
 
   uint64_t bytes() const;  // currently allocated by Lua
 

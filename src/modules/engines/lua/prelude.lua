@@ -298,7 +298,7 @@ end
 local function invoke()
   local call = rawget(globals, 'nnstreamer_invoke')
   if type(call) ~= 'function' then error('nnstreamer_invoke is no longer a function', 0) end
-  call()
+  return call()
 end
 
 return describe, bind, invoke

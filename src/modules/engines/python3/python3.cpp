@@ -12,6 +12,7 @@ struct Python3Engine {
   static constexpr const char *kName = "python3", *kAliases = "python", *kExtensions = "py",
                               *kLibrary = "Python";
   static constexpr const char* kOptions = R"([
+    {"name": "invoke-dynamic", "type": "boolean", "default": "false", "help": "sizes with each frame"},
     {"name": "custom", "type": "text", "default": "",
      "help": "all of custom=: arguments for the constructor of CustomFilter, separated by one blank"}])";
   using Model = PythonModel;

@@ -33,10 +33,10 @@ class Python3Changing : public Python3 {
   }
 };
 
-TEST_F(Python3Changing, AListThatIteratesOverFewerArraysThanItHasIsRejected) {
+// What it iterates over counts: none is no result.
+TEST_F(Python3Changing, AListThatIteratesOverNoArraysIsNoResult) {
   auto filter = opened(returning("fewer", "return listed()"));
-  EXPECT_SAYS(filter.get_error({floats({1, 2, 3, 4})}),
-              "invoke returned 0 arrays, needed are 1: float32 4");
+  EXPECT_EQ(filter.get_error({floats({1, 2, 3, 4})}), "");
 }
 
 TEST_F(Python3Changing, AListThatIteratesOverMoreArraysThanItHasIsRejected) {

@@ -9,7 +9,7 @@ namespace {
 // The Python code that calls a script's CustomFilter. A tensor here is (the number of its type in
 // abi.h, dimensions innermost first).
 constexpr char kFilterNames[] = R"py(
-import gc, sys
+import gc, math, sys
 import numpy
 from weir_scripts import DTYPES, TensorShape, is_a, to_tensor
 
@@ -70,15 +70,43 @@ def dense(i, array, tensor):
                          f"{needed}: {describe(tensor)}")
     return numpy.ascontiguousarray(array, DTYPES[number])
 
-# What invoke returned, as a tuple of dense arrays.
-def checked(made, *tensors):
+# The arrays that invoke returned; none if it has no result.
+def listed(made, tensors):
+    if made is None:
+        return []
     if not is_a((list, tuple), made):
         raise TypeError(f"invoke must return a list of NumPy arrays, not {type(made).__name__}")
     made = list(made)
-    if len(made) != len(tensors):
+    if made and len(made) != len(tensors):
         raise ValueError(f"invoke returned {len(made)} arrays, needed are {len(tensors)}: "
                          f"{', '.join(map(describe, tensors))}")
+    return made
+
+# What invoke returned, as a tuple of dense arrays; empty if it has no result.
+def checked(made, *tensors):
+    made = listed(made, tensors)
+    if all(is_a(numpy.ndarray, array) and array.size == 0 for array in made):
+        return ()
     return tuple(dense(i, *pair) for i, pair in enumerate(zip(made, tensors)))
+
+# An output with the shape of its array: rows of the declared dimensions in an array of one.
+def sized(i, array, tensor):
+    if not is_a(numpy.ndarray, array):
+        raise TypeError(f"output {i} is not a NumPy array but {type(array).__name__}")
+    number, (*row, _) = tensor
+    shape = numpy.asarray(array).shape or (1,)
+    length = math.prod(row)
+    if len(shape) == 1 and row and shape[0] % length == 0:
+        shape = (shape[0] // length, *reversed(row))
+    return number, tuple(reversed(shape))
+
+# The same with outputs whose sizes each call decides: (shapes, arrays).
+def checked_sizes(made, *tensors):
+    made = listed(made, tensors)
+    if not made:
+        return ()
+    shapes = tuple(sized(i, *pair) for i, pair in enumerate(zip(made, tensors)))
+    return shapes, tuple(dense(i, *pair) for i, pair in enumerate(zip(made, shapes)))
 
 def fresh():
     return [numpy.empty(1)]
@@ -130,10 +158,9 @@ Result<std::unique_ptr<PythonModel>> PythonModel::open(const weir_open& request)
   const auto api = python::interpreter();
   if (!api) return api.error();
   std::unique_ptr<PythonModel> model(new PythonModel(**api, request.paths[0]));
-  if (auto status =
-          model->load(Options(request.options, request.n_options).get("custom").value_or(""));
-      !status)
-    return status.error();
+  const Options options(request.options, request.n_options);
+  model->decides_sizes_ = options.get("invoke-dynamic") == "true";
+  if (auto status = model->load(options.get("custom").value_or("")); !status) return status.error();
   return model;
 }
 
@@ -163,6 +190,7 @@ Status PythonModel::load(std::string_view arguments) {
     if (!infos) return infos.error();
     (input ? inputs_ : outputs_) = *std::move(infos);
   }
+  open_rows(&outputs_);
   return ok();
 }
 
@@ -204,6 +232,8 @@ PythonModel::~PythonModel() {
 
 void PythonModel::describe(weir_model_info* info) const {
   info->flags = WEIR_MODEL_ALLOCATES_OUTPUT;
+  if (decides_sizes_) info->flags |= WEIR_MODEL_DYNAMIC_OUTPUT;
+  if (takes_input_shapes_) info->flags |= WEIR_MODEL_EMPTY_INPUT;
   info->inputs = inputs_.data();
   info->n_inputs = static_cast<uint32_t>(inputs_.size());
   info->outputs = outputs_.data();
@@ -233,7 +263,15 @@ Result<PythonModel::Infos> PythonModel::set_inputs(std::span<const weir_tensor_i
   add_tensors(inputs, &arguments);
   const auto tensors = call("set_inputs", std::move(arguments), Code::SPEC_MISMATCH);
   if (!tensors) return tensors.error();
-  return to_infos(*tensors);
+  auto outputs = to_infos(*tensors);
+  if (outputs) open_rows(&*outputs);
+  return outputs;
+}
+
+// Leaves the outermost dimension open where each invoke decides it.
+void PythonModel::open_rows(Infos* outputs) const {
+  if (!decides_sizes_) return;
+  for (auto& info : *outputs) info.shape[0] = -1;
 }
 
 Result<Object> PythonModel::invoke(Object arrays) {
@@ -251,6 +289,19 @@ Result<Object> PythonModel::checked(const Object& made,
   arguments.push_back(Object::share(made.get()));
   add_tensors(outputs, &arguments);
   return call("checked", std::move(arguments), Code::INVOKE_FAILED);
+}
+
+Result<PythonModel::Sized> PythonModel::checked_sizes(
+    const Object& made, std::span<const weir_tensor_info> outputs) const {
+  std::vector<Object> arguments;
+  arguments.push_back(Object::share(made.get()));
+  add_tensors(outputs, &arguments);
+  const auto checked = call("checked_sizes", std::move(arguments), Code::INVOKE_FAILED);
+  if (!checked) return checked.error();
+  if (api_.PyTuple_Size(checked->get()) == 0) return Sized{};
+  auto infos = to_infos(Object::share(api_.PyTuple_GetItem(checked->get(), 0)));
+  if (!infos) return infos.error();
+  return Sized{*std::move(infos), Object::share(api_.PyTuple_GetItem(checked->get(), 1))};
 }
 
 void PythonModel::collect_garbage() const {

@@ -33,9 +33,19 @@ class PythonModel {
   Result<std::vector<weir_tensor_info>> set_inputs(std::span<const weir_tensor_info> inputs);
   // Calls script.invoke(arrays).
   Result<python::Object> invoke(python::Object arrays);
-  // Returns a tuple of dense arrays for these outputs; INVOKE_FAILED describes the error in `made`.
+  // Whether each invoke decides the sizes of its outputs (invoke-dynamic).
+  bool decides_sizes() const noexcept { return decides_sizes_; }
+  // Returns a tuple of dense arrays for these outputs, empty if the script has no result;
+  // INVOKE_FAILED describes the error in `made`.
   Result<python::Object> checked(const python::Object& made,
                                  std::span<const weir_tensor_info> outputs) const;
+  // The same with sizes that the arrays decide.
+  struct Sized {
+    std::vector<weir_tensor_info> infos;  // empty: no result
+    python::Object arrays;
+  };
+  Result<Sized> checked_sizes(const python::Object& made,
+                              std::span<const weir_tensor_info> outputs) const;
   // is_only_list: whether only we refer to the list that invoke returned. give_away: whether only
   // one reference and one buffer of ours refer to an array of such a list and its memory; then the
   // array becomes read-only.
@@ -54,6 +64,7 @@ class PythonModel {
   long long count(const char* function, python::PyObject* object) const;
   python::Object make_tensor(const weir_tensor_info& info) const;
   Result<Infos> to_infos(const python::Object& tensors) const;
+  void open_rows(Infos* outputs) const;
   void add_tensors(std::span<const weir_tensor_info> infos,
                    std::vector<python::Object>* arguments) const;
 
@@ -62,7 +73,7 @@ class PythonModel {
   python::Numpy numpy_;
   python::PyObject* names_ = nullptr;  // the module of kFilterNames; exists until the process exits
   python::Object script_, invoke_;
-  bool takes_input_shapes_ = false;
+  bool takes_input_shapes_ = false, decides_sizes_ = false;
   long long list_references_ = 0,
             array_references_ = 0;  // reference counts of an unshared list and array
   Infos inputs_, outputs_;

@@ -79,7 +79,7 @@ Status PythonSession::resolve(std::span<const weir_tensor_info> in,
   return ok();
 }
 
-Status PythonSession::invoke(const weir_frame& in, weir_frame& out) {
+Result<bool> PythonSession::invoke(const weir_frame& in, weir_frame& out) {
   if (kept_) return *kept_;
   if (out.n_tensors != outputs_.size())
     return Error{.code = Code::SPEC_MISMATCH,
@@ -91,24 +91,24 @@ Status PythonSession::invoke(const weir_frame& in, weir_frame& out) {
     if (element_bytes(in.tensors[i].info.type) == 0)
       return Error{.code = Code::FORMAT_UNSUPPORTED, .what = "an input has an unknown type"};
     else if (auto status = check_memory(in.tensors[i], i, "input"); !status)
-      return status;
+      return status.error();
   const Locked lock;
   python::FrameHold hold(api_);
   if (!hold.owner()) return python::take_exception(Code::OUT_OF_MEMORY);
-  Status status = run(in, out, hold.owner());
-  if (hold.let_go() || hold.keep(in)) return status;
+  auto kept = run(in, out, hold.owner());
+  if (hold.let_go() || hold.keep(in)) return kept;
   model_.collect_garbage();  // a reference cycle may hold the array
-  if (hold.is_gone()) return status;
+  if (hold.is_gone()) return kept;
   kept_ = kept_its_input();
   return *kept_;
 }
 
-Status PythonSession::run(const weir_frame& in, weir_frame& out, const Object& owner) {
+Result<bool> PythonSession::run(const weir_frame& in, weir_frame& out, const Object& owner) {
   auto arrays = make_arrays(in, owner);
   if (!arrays) return arrays.error();
   const auto made = model_.invoke(*std::move(arrays));
   if (!made) return made.error();
-  return write(*made, out);
+  return model_.decides_sizes() ? write_sized(*made, out) : write(*made, out);
 }
 
 Result<Object> PythonSession::make_arrays(const weir_frame& in, const Object& owner) const {
@@ -126,7 +126,7 @@ Result<Object> PythonSession::make_arrays(const weir_frame& in, const Object& ow
 
 // Valid dense arrays are written straight into the frame; Python converts all others or finds their
 // error.
-Status PythonSession::write(const Object& made, weir_frame& out) const {
+Result<bool> PythonSession::write(const Object& made, weir_frame& out) const {
   const auto count = static_cast<ptrdiff_t>(out.n_tensors);
   const auto write_one = [&](PyObject* array, bool ours, ptrdiff_t i) {
     return write(Object::share(array), ours, static_cast<size_t>(i), out.tensors + i);
@@ -139,16 +139,30 @@ Status PythonSession::write(const Object& made, weir_frame& out) const {
     if (!done) return done.error();
     if (!*done) break;
   }
-  if (counted && first == count) return ok();
+  if (counted && first == count) return true;
   api_.PyErr_Clear();
   const auto arrays = model_.checked(made, outputs_);
   if (!arrays) return arrays.error();
+  if (api_.PyTuple_Size(arrays->get()) == 0) return false;
   for (; first < count; ++first) {
     const auto done = write_one(api_.PyTuple_GetItem(arrays->get(), first), false, first);
     if (!done) return done.error();
     if (!*done) return python::take_exception(Code::INVOKE_FAILED);
   }
-  return ok();
+  return true;
+}
+
+Result<bool> PythonSession::write_sized(const Object& made, weir_frame& out) const {
+  const auto sized = model_.checked_sizes(made, outputs_);
+  if (!sized) return sized.error();
+  for (size_t i = 0; i < sized->infos.size(); ++i) {
+    const HeldBuffer buffer(api_.PyTuple_GetItem(sized->arrays.get(), static_cast<ptrdiff_t>(i)),
+                            kDenseWithFormat);
+    if (!buffer) return python::take_exception(Code::INVOKE_FAILED);
+    if (auto status = write_output(sized->infos[i], buffer->bytes, i, &out.tensors[i]); !status)
+      return status.error();
+  }
+  return !sized->infos.empty();
 }
 
 // Returns false when it is not a dense array of that type and size.

@@ -19,13 +19,15 @@ class PythonSession {
   Status resolve(std::span<const weir_tensor_info> in, std::span<weir_tensor_info> out);
   // Inputs are read in place. Outputs are copied once into the given memory; without given memory,
   // an array that the script no longer refers to is handed over without a copy.
-  Status invoke(const weir_frame& in, weir_frame& out);
+  // False: the script has no result for this frame.
+  Result<bool> invoke(const weir_frame& in, weir_frame& out);
 
  private:
   explicit PythonSession(PythonModel& model);
-  Status run(const weir_frame& in, weir_frame& out, const python::Object& owner);
+  Result<bool> run(const weir_frame& in, weir_frame& out, const python::Object& owner);
   Result<python::Object> make_arrays(const weir_frame& in, const python::Object& owner) const;
-  Status write(const python::Object& made, weir_frame& out) const;
+  Result<bool> write(const python::Object& made, weir_frame& out) const;
+  Result<bool> write_sized(const python::Object& made, weir_frame& out) const;
   // `ours`: only we refer to the list that holds the array.
   Result<bool> write(const python::Object& array, bool ours, size_t index,
                      weir_tensor* tensor) const;
