@@ -73,7 +73,9 @@ enum weir_frame_flag { WEIR_FRAME_DISCONT = 1, WEIR_FRAME_GAP = 2, WEIR_FRAME_LA
 /* THREAD_SAFE: several threads may invoke one session. STATEFUL: a frame depends on earlier ones,
  * so there are no batches and one worker. ALLOCATES_OUTPUT: the engine allocates the outputs.
  * DYNAMIC_OUTPUT: each invoke decides the outputs' sizes. ASYNC: submit() may be used. CANCELS: the
- * engine handles cancel(). FORK_UNSAFE: the model does not work in a forked process. */
+ * engine handles cancel(). FORK_UNSAFE: the model does not work in a forked process. EMPTY_INPUT:
+ * invoke takes inputs with a dimension of 0, which have no elements; without it the host sends a
+ * GAP event in place of such a frame. */
 enum weir_model_flag {
   WEIR_MODEL_THREAD_SAFE = 1,
   WEIR_MODEL_STATEFUL = 2,
@@ -82,7 +84,8 @@ enum weir_model_flag {
   WEIR_MODEL_DYNAMIC_OUTPUT = 16,
   WEIR_MODEL_ASYNC = 32,
   WEIR_MODEL_CANCELS = 64,
-  WEIR_MODEL_FORK_UNSAFE = 128
+  WEIR_MODEL_FORK_UNSAFE = 128,
+  WEIR_MODEL_EMPTY_INPUT = 256
 };
 /* NEEDS_NO_MODEL: model= is optional. MODEL_IS_NO_FILE: model= is a name or text that the engine
  * interprets; the host does not look for a file. */

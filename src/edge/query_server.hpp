@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "core/filter/described_model.hpp"
 #include "core/limit/buffer_limit.hpp"
 #include "core/process/process_object.hpp"
 #include "edge/serversrc_settings.hpp"
@@ -43,7 +44,9 @@ class QueryServer {
   virtual Status set_input(GstCaps* caps, const std::vector<std::string>& names,
                            const BufferLimit& limit) = 0;
   // Caps of the responses. `names` of the tensors, by the filter that made them; may be empty.
-  virtual Status set_output(GstCaps* caps, const std::vector<std::string>& names) = 0;
+  // `model`, which may be null, describes the tensors of a flexible stream.
+  virtual Status set_output(GstCaps* caps, const std::vector<std::string>& names,
+                            const DescribedModel* model) = 0;
   // Waits for a request whose client still waits. Null after interrupt(), until resume().
   virtual std::shared_ptr<QueryRequest> take() = 0;
   virtual void interrupt() = 0;

@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "net-elements/oip_query_server.hpp"
 
-#include <algorithm>
 #include <functional>
 #include <mutex>
 #include <utility>
 
+#include "core/filter/described_model.hpp"
 #include "core/process/listener_lease.hpp"
 #include "core/tensor/frame_spec.hpp"
+#include "core/tensor/model_tensor.hpp"
 #include "core/tensor/tensor_header.hpp"
 #include "edge/query_server.hpp"
 #include "gstcpp/buffer/frame_layout.hpp"
@@ -59,9 +60,10 @@ struct MappedResponse {
 
 // `name` for one tensor, "name_0", "name_1" for several; `names` go before those if there is one
 // for each tensor.
-std::vector<net::TensorText> describe_tensors(const std::vector<TensorSpec>& tensors,
+// Dimensions that are not known are -1.
+std::vector<net::TensorText> describe_tensors(const std::vector<ModelTensor>& tensors,
                                               const std::string& name,
-                                              const std::vector<std::string>& names = {}) {
+                                              const std::vector<std::string>& names) {
   std::vector<net::TensorText> out;
   for (const auto& tensor : tensors) {
     net::TensorText text;
@@ -69,11 +71,18 @@ std::vector<net::TensorText> describe_tensors(const std::vector<TensorSpec>& ten
     if (names.size() == tensors.size() && !names[out.size()].empty()) text.name = names[out.size()];
     if (const auto* type = net::find_oip_type(static_cast<uint32_t>(tensor.type)))
       text.datatype = type->name;
-    for (size_t i = 0; i < tensor.shape.rank(); ++i) text.shape.push_back(tensor.shape[i]);
-    std::reverse(text.shape.begin(), text.shape.end());
+    text.shape = tensor.rank_known ? tensor.shape : std::vector<int64_t>{-1};
     out.push_back(std::move(text));
   }
   return out;
+}
+
+std::vector<net::TensorText> describe_tensors(const std::vector<TensorSpec>& tensors,
+                                              const std::string& name,
+                                              const std::vector<std::string>& names) {
+  std::vector<ModelTensor> out;
+  for (const auto& tensor : tensors) out.push_back(model_tensor(tensor));
+  return describe_tensors(out, name, names);
 }
 
 // A stream that has no tensors, such as image/jpeg or text: one element of bytes.
@@ -135,7 +144,8 @@ class OipQueryServer : public QueryServer {
     model_->set_inputs(describe_tensors(spec->tensors, "input", names));
     return ok();
   }
-  Status set_output(GstCaps* caps, const std::vector<std::string>& names) override {
+  Status set_output(GstCaps* caps, const std::vector<std::string>& names,
+                    const DescribedModel* model) override {
     has_tensors_ = has_tensors(caps);
     if (!has_tensors_) {
       outputs_ = describe_bytes("output");
@@ -143,8 +153,11 @@ class OipQueryServer : public QueryServer {
       auto spec = gst::spec_from_caps(caps);
       if (!spec) return spec.error();
       spec_ = *std::move(spec);
-      outputs_ = describe_tensors(spec_.tensors, "output", names);
+      outputs_ = model && spec_.format != Format::Static
+                     ? describe_tensors(model->outputs, "output", names)
+                     : describe_tensors(spec_.tensors, "output", names);
     }
+    names_ = names;
     model_->set_outputs(outputs_);
     return ok();
   }
@@ -298,7 +311,7 @@ class OipQueryServer : public QueryServer {
     std::vector<TensorSpec> specs;
     specs.reserve(views.size());
     for (const auto& view : views) specs.push_back(view.spec);
-    frame_outputs_ = describe_tensors(specs, "output");
+    frame_outputs_ = describe_tensors(specs, "output", names_);
   }
 
   mutable std::mutex server_mutex_;           // guards server_ while it changes
@@ -315,6 +328,7 @@ class OipQueryServer : public QueryServer {
   bool has_tensors_ = false;
   FrameSpec spec_;
   std::vector<net::TensorText> outputs_, frame_outputs_;
+  std::vector<std::string> names_;  // of the outputs
 };
 
 Result<std::shared_ptr<QueryServer>> open(const ServersrcSettings& s,

@@ -4,6 +4,7 @@
 
 #include <gst/video/video.h>
 
+#include <algorithm>
 #include <numeric>
 
 #include "gstcpp/buffer/tensor_caps.hpp"
@@ -89,10 +90,18 @@ GstStructure* static_structure(const std::vector<TensorSpec>& specs, bool is_sin
                            shapes.c_str(), "types", G_TYPE_STRING, types.c_str(), nullptr);
 }
 
+bool is_empty(const weir_tensor& tensor) {
+  const auto& info = tensor.info;
+  return info.rank <= WEIR_RANK_LIMIT &&
+         std::find(info.shape, info.shape + info.rank, 0) != info.shape + info.rank;
+}
+
 // Caps of the tensors, with the name, the format and the frame rate that the next element insists
-// on.
+// on; flexible for tensors without elements.
 gst::Ref<GstCaps> tensor_caps(const std::vector<TensorSpec>& specs, const GstCaps* accepted) {
   bool is_flexible = true, is_single = specs.size() == 1;
+  const bool has_empty = std::any_of(specs.begin(), specs.end(),
+                                     [](const auto& spec) { return spec.shape.is_empty(); });
   gst::Ref<GstCaps> rated;  // the first structure of tensors
   for (guint i = 0; i < gst_caps_get_size(accepted); ++i) {
     const GstStructure* structure = gst_caps_get_structure(accepted, i);
@@ -102,7 +111,7 @@ gst::Ref<GstCaps> tensor_caps(const std::vector<TensorSpec>& specs, const GstCap
     if (!rated) rated = gst::Ref<GstCaps>::adopt(gst_caps_copy_nth(accepted, i));
   }
   GstStructure* const out =
-      rated && is_flexible
+      (rated && is_flexible) || has_empty
           ? gst_structure_new("other/tensors", "format", G_TYPE_STRING, "flexible", nullptr)
           : static_structure(specs, rated && is_single);
   gst_structure_set(out, "framerate", GST_TYPE_FRACTION, 0, 1, nullptr);
@@ -252,6 +261,9 @@ Status FrameSource::push(std::span<const weir_tensor> tensors, int64_t pts, int6
   if (!started_) return not_started();
   read_caps();
   take_caps_of_next();
+  if (is_fixed_ && spec_.format != Format::Flexible &&
+      std::any_of(tensors.begin(), tensors.end(), is_empty))
+    return push_gap(pts, duration);
   auto buffer = make_buffer(tensors);
   if (!buffer && is_set_ && is_fixed_) {  // the next element may accept other caps by now
     is_fixed_ = asked_next_ = false;
@@ -264,6 +276,17 @@ Status FrameSource::push(std::span<const weir_tensor> tensors, int64_t pts, int6
   const auto source = source_;
   if (is_fixed_) lock.unlock();  // pushing may wait for room
   return to_status(gst_app_src_push_buffer(source.get(), buffer->release()));
+}
+
+// Static tensors and media without elements cannot be: downstream learns that their time has
+// passed.
+Status FrameSource::push_gap(int64_t pts, int64_t duration) const {
+  if (pts < 0) return ok();
+  const GstClockTime length =
+      duration < 0 ? GST_CLOCK_TIME_NONE : static_cast<GstClockTime>(duration);
+  gst_element_send_event(GST_ELEMENT(source_.get()),
+                         gst_event_new_gap(static_cast<GstClockTime>(pts), length));
+  return ok();
 }
 
 std::vector<TensorSpec> FrameSource::tensors() {

@@ -24,14 +24,15 @@ Result<Shape> to_shape(const weir_tensor_info& info, size_t index) {
   if (info.rank == 0) return shape;
   for (uint32_t i = 0; i < info.rank; ++i) {
     const int64_t extent = info.shape[info.rank - 1 - i];
-    if (extent < 1 || extent > std::numeric_limits<uint32_t>::max())
+    if (extent < 0 || extent > std::numeric_limits<uint32_t>::max())
       return Error{.code = Code::SPEC_MISMATCH,
                    .what = name_of_tensor(index) + " has an impossible shape",
                    .offered = "an extent of " + std::to_string(extent),
-                   .needed = "1 to 4294967295",
+                   .needed = "0 to 4294967295",
                    .difference = "axis " + std::to_string(info.rank - 1 - i)};
     shape[i] = static_cast<uint32_t>(extent);
   }
+  if (shape.rank() < info.rank) shape.set_rank(info.rank);
   return shape;
 }
 

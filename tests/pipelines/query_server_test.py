@@ -197,6 +197,24 @@ class Responses(Served):
             self.assertEqual((response.outputs[0].datatype, list(response.outputs[0].shape)), ("FP32", [size]))
             self.assertEqual(response.raw_output_contents[0], (2 * values.astype(np.float32)).tobytes())
 
+    # A request in which nothing is found gets an answer, and so do the requests after it.
+    @unittest.skipUnless(has_engine("python3"), "the engine python3 is not built")
+    def test_outputs_have_as_many_rows_as_the_model_finds(self):
+        with tempfile.TemporaryDirectory() as folder:
+            script = pathlib.Path(folder, "found.py")
+            script.write_text("import numpy as np\nfrom weir import TensorShape\n"
+                              "class CustomFilter:\n"
+                              "    def setInputDim(self, dims):\n        return [TensorShape([2, 1], np.float32)]\n"
+                              "    def invoke(self, arrays):\n        rows = arrays[0].reshape(-1, 2)\n        return [rows[rows[:, 0] > 0]]\n")
+            pipeline = self.serve(f"{source('model-name=found')} ! tensor_filter model={script} invoke-dynamic=true outputname=rows ! tensor_query_serversink")
+            client = self.client(pipeline, "found")
+            described = client.call("ModelMetadata", pb.ModelMetadataRequest(name="found"))
+            self.assertEqual([(o.name, o.datatype, list(o.shape)) for o in described.outputs], [("rows", "FP32", [-1, 2])])
+            for values, rows in (([1, 2, 3, 4], [[1, 2], [3, 4]]), ([0, 2, -3, 4], []), ([0, 2, 5, 6], [[5, 6]])):
+                response = client.infer(request("found", np.array([values], np.float32)))
+                self.assertEqual((response.outputs[0].name, list(response.outputs[0].shape)), ("rows", [len(rows), 2]))
+                self.assertEqual(response.raw_output_contents[0], np.array(rows, np.float32).tobytes())
+
     @unittest.skipUnless(has_engine("python3"), "the engine python3 is not built")
     def test_tensors_have_the_names_of_the_filter(self):
         with tempfile.TemporaryDirectory() as folder:

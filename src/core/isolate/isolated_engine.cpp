@@ -210,8 +210,8 @@ int info(weir_model* handle, weir_model_info* out, weir_error*) {
   const WorkerModelInfo& facts = *to_model(handle).facts;
   *out = facts.info;
   out->struct_size = sizeof *out;
-  constexpr uint32_t kStay =
-      WEIR_MODEL_STATEFUL | WEIR_MODEL_ALLOCATES_OUTPUT | WEIR_MODEL_DYNAMIC_OUTPUT;
+  constexpr uint32_t kStay = WEIR_MODEL_STATEFUL | WEIR_MODEL_ALLOCATES_OUTPUT |
+                             WEIR_MODEL_DYNAMIC_OUTPUT | WEIR_MODEL_EMPTY_INPUT;
   out->flags = facts.info.flags & kStay;
   out->inputs = facts.inputs.list().data();
   out->outputs = facts.outputs.list().data();

@@ -7,6 +7,7 @@
 #include "edge/request_watch.hpp"
 #include "edge/serversrc_settings.hpp"
 #include "gstcpp/element/base_classes.hpp"
+#include "gstcpp/element/model_event.hpp"
 
 namespace weir {
 namespace {
@@ -73,8 +74,10 @@ class TensorQueryServersink : public gst::Element<TensorQueryServersink, gst::Ba
                    .fix = "tensor_query_serversrc id=" + std::to_string(id)};
     if (!caps) return gst::buffer_before_caps();
     server_ = std::move(server);
+    const auto model = gst::find_model(GST_BASE_SINK_PAD(self()));
     return server_->set_output(
-        caps, parse_name_list(property_upstream(GST_BASE_SINK_PAD(self()), "outputname")));
+        caps, parse_name_list(property_upstream(GST_BASE_SINK_PAD(self()), "outputname")),
+        model ? &*model : nullptr);
   }
 
   // A tensor_query_serversrc that starts again has another server, but its caps may be the same:

@@ -121,7 +121,8 @@ class EdgeQueryServer : public QueryServer {
     const gst::UniqueText text{gst_caps_to_string(caps)};
     return listener_->set_request_caps(text.get());
   }
-  Status set_output(GstCaps* caps, const std::vector<std::string>&) override {
+  Status set_output(GstCaps* caps, const std::vector<std::string>&,
+                    const DescribedModel*) override {
     mapper_.set_caps(caps);
     const gst::UniqueText text{gst_caps_to_string(caps)};
     return listener_->set_response_caps(text.get());

@@ -114,6 +114,9 @@ Result<MediumFrames> ConvertedMedium::frames(gst::Ref<GstBuffer> buffer, Ledger*
     if (!memory) return memory.error();
     gst_buffer_append_memory(out.buffer.get(), memory->release());
   }
+  const bool is_empty = std::any_of(out.tensors.begin(), out.tensors.end(),
+                                    [](const auto& spec) { return spec.shape.is_empty(); });
+  if (is_empty && !out.is_flexible) return MediumFrames{.buffer = {}, .is_empty = true};
   if (auto status = gather(frames_per_tensor_, &out.tensors); !status) return status.error();
   if (auto status = agree(out.tensors, user_); !status) return status.error();
   return out;

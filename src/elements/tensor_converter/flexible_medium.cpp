@@ -27,8 +27,10 @@ Result<StreamPlan> FlexibleMedium::configure(const GstCaps* caps, const Preferen
 
 Result<MediumFrames> FlexibleMedium::frames(gst::Ref<GstBuffer> buffer, Ledger*) {
   auto tensors = read(buffer.get());
+  const bool is_empty = reader_.has_empty_tensor();
   reader_.clear();
   if (!tensors) return tensors.error();
+  if (is_empty) return MediumFrames{.buffer = {}, .is_empty = true};
   if (auto status = agree(*tensors, user_); !status) return status.error();
   auto out = gst::Ref<GstBuffer>::adopt(gst_buffer_new());
   gst_buffer_copy_into(out.get(), buffer.get(), GST_BUFFER_COPY_METADATA, 0,

@@ -6,6 +6,7 @@
 #include "elements/tensor_converter/media.hpp"
 #include "elements/tensor_converter/negotiation.hpp"
 #include "elements/tensor_converter/tensor_stream.hpp"
+#include "gstcpp/buffer/frame_builder.hpp"
 #include "gstcpp/buffer/frame_errors.hpp"
 #include "gstcpp/buffer/query_meta.hpp"
 #include "gstcpp/buffer/tensor_caps.hpp"
@@ -101,12 +102,15 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
   GstFlowReturn on_buffer(GstBuffer* raw) {
     ledger_.received();
     auto input = Ref<GstBuffer>::adopt(raw);
+    auto gap = gst::gap_like(raw);
     if (stream_.is_configured() && is_written()) follow_properties(input.get());
     auto frames = stream_.convert(std::move(input));
     if (!frames) return fail(frames.error());
     if (frames->warning) gst::post_warning(element(), *frames->warning);
     if (!frames->buffer) {
       ledger_.dropped(DropReason::Policy);
+      if (frames->is_empty && gap && !stream_.waits_for_frame())
+        gst_pad_push_event(source_, gap.release());
       return GST_FLOW_OK;
     }
     // Copies memory that cannot be shared if the buffer has other owners.

@@ -280,6 +280,7 @@ class TensorCrop : public gst::Element<TensorCrop, gst::PlainElement>, public gs
     if (auto s = raw_.read(raw.buffer.get(), *raw.spec); !s) return gst::on_pad(s.error(), "raw");
     if (auto s = info_.read(info.buffer.get(), *info.spec); !s)
       return gst::on_pad(s.error(), "info");
+    if (raw_.has_empty_tensor()) return Ref<GstBuffer>();
     const gst::TensorPlace& whole = raw_.tensors()[0];
     const Regions regions = get_regions(info_.tensors()[0], whole.spec);
     if (regions.inside.empty()) return Ref<GstBuffer>();

@@ -39,6 +39,8 @@ class FrameDecoder {
   virtual void set_caps(const GstCaps*) {}
   // The names of the classes of its results, after configure(); empty = not known.
   virtual std::vector<std::string> labels() const { return {}; }
+  // Whether it reads results, whose rows may be none, instead of the outputs of a network.
+  virtual bool reads_results() const noexcept { return false; }
   // The number of classes of the model, after configure(); 0 = not known.
   virtual size_t classes() const noexcept { return 0; }
   // The names of the classes of one source of the stream's results, from the next frame on.

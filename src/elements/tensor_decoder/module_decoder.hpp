@@ -22,6 +22,7 @@ class ModuleDecoder final : public FrameDecoder {
                       GstBuffer* out, const BufferLimit& limit, Ledger* ledger) override;
   void set_caps(const GstCaps* caps) override;
   std::vector<std::string> labels() const override { return decoder_->labels(); }
+  bool reads_results() const noexcept override { return decoder_->reads_results(); }
   size_t classes() const noexcept override { return decoder_->classes(); }
   void set_labels(const gst::LabelsOfSource& of) override {
     decoder_->set_labels(of.source, of.labels);

@@ -7,6 +7,8 @@
 
 #include "elements/tensor_decoder/class_labels.hpp"
 #include "elements/tensor_decoder/frame_decoder.hpp"
+#include "gstcpp/buffer/allocation.hpp"
+#include "gstcpp/buffer/frame_builder.hpp"
 #include "gstcpp/buffer/module_values.hpp"
 #include "gstcpp/buffer/result_output.hpp"
 #include "gstcpp/buffer/tensor_caps.hpp"
@@ -204,6 +206,9 @@ class TensorDecoder : public gst::CountedTransform<TensorDecoder> {
 
   GstFlowReturn transform(GstBuffer* in, GstBuffer* out) {
     const auto kept = decode(in, out);
+    if (kept && !*kept && reader_.has_empty_tensor())
+      if (auto gap = gst::gap_like(in))
+        gst_pad_push_event(GST_BASE_TRANSFORM_SRC_PAD(self()), gap.release());
     reader_.clear();
     if (!kept) return failed(kept.error());
     if (!*kept) {
@@ -395,6 +400,7 @@ class TensorDecoder : public gst::CountedTransform<TensorDecoder> {
   Result<bool> decode(GstBuffer* in, GstBuffer* out) {
     if (auto status = reader_.read(in, input_); !status) return status.error();
     ledger_.copied(reader_.bytes_copied());
+    if (reader_.has_empty_tensor() && !decoder_->reads_results()) return write_nothing_found(out);
     decoder_->set_times(gst::abi_time(gst::running_time(self()->segment, GST_BUFFER_PTS(in))),
                         gst::get_unix_time(in, self()->segment, element()));
     auto kept = decoder_->decode(input_, in, reader_, out, buffer_limit_, &ledger_);
@@ -407,6 +413,26 @@ class TensorDecoder : public gst::CountedTransform<TensorDecoder> {
     if (kept && *kept && results_.is_results())
       if (auto status = results_.place(out); !status) return status.error();
     return kept;
+  }
+
+  // False: the output cannot say so, and the frame is dropped.
+  Result<bool> write_nothing_found(GstBuffer* out) {
+    if (picture_bytes_ > 0) return write_transparent_picture(out);
+    if (!results_.is_results()) return false;
+    auto frame = results_.empty_frame(buffer_limit_);
+    if (!frame) return frame.error();
+    if (!*frame) return false;
+    gst_buffer_copy_into(out, frame->get(), GST_BUFFER_COPY_MEMORY, 0, static_cast<gsize>(-1));
+    if (auto status = results_.place(out); !status) return status.error();
+    return true;
+  }
+
+  Result<bool> write_transparent_picture(GstBuffer* out) const {
+    auto memory = gst::allocate_memory(picture_bytes_);
+    if (!memory) return memory.error();
+    gst_buffer_append_memory(out, memory->release());
+    gst_buffer_memset(out, 0, 0, picture_bytes_);
+    return true;
   }
 
   std::mutex probe_mutex_;                 // guards probe_

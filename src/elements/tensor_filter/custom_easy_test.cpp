@@ -228,7 +228,7 @@ TEST(TensorFilterCustomEasy, RejectsModifiedOutputs) {
 TEST(TensorFilterCustomEasy, RejectsADynamicFilterWithoutMemory) {
   const auto named = registered([](In, Out) {}, dynamic());
   EXPECT_SAYS(frame_error(make_harness(line("invoke-dynamic=true"), kFour)),
-              "an output without elements");
+              "the size of the engine's output does not match its shape");
 }
 
 // It runs on one thread at a time: the workers of one element and other elements.

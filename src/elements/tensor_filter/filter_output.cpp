@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "elements/tensor_filter/admission.hpp"
+#include "gstcpp/buffer/frame_builder.hpp"
 #include "gstcpp/element/error.hpp"
 #include "weir/abi.h"
 
@@ -140,6 +141,7 @@ bool FilterOutput::skip(const Ticket& ticket) {
 
 Status FilterOutput::add(const Ticket& ticket, gst::Ref<GstBuffer> output) {
   const uint64_t bytes = gst_buffer_get_size(output.get());
+  if (gst_buffer_n_memory(output.get()) == 0) return ok();  // the end of the frame counts it
   Waiting waiting(&queue_, ticket);
   const auto room = held_->take_result(bytes, waiting);
   if (room == infer::HeldBytes::Room::Taken) {
@@ -206,6 +208,7 @@ void FilterOutput::drain() {
 
 void FilterOutput::push(Entry entry) noexcept {
   if (auto* buffer = std::get_if<gst::Ref<GstBuffer>>(&entry)) {
+    if (gst_buffer_n_memory(buffer->get()) == 0) return push_gap(buffer->get());
     ledger()->consumed_and_pushed();
     const GstFlowReturn flow = gst_pad_push(owner_.source, buffer->release());
     if (flow != flow_) flow_is_reported_ = false;
@@ -224,6 +227,11 @@ void FilterOutput::push(Entry entry) noexcept {
     else
       ledger()->dropped(reason);
   }
+}
+
+void FilterOutput::push_gap(GstBuffer* frame) noexcept {
+  ledger()->dropped(DropReason::Policy);
+  if (auto gap = gst::gap_like(frame)) gst_pad_push_event(owner_.source, gap.release());
 }
 
 // Like GStreamer's queues: upstream gets no flow return after EOS, so a failed push must be posted.

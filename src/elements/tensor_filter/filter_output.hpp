@@ -90,7 +90,7 @@ class FilterOutput {
   }
 
   // Ends a frame with its output, null when the engine dropped it for `reason`, or with an error,
-  // see fail_all().
+  // see fail_all(). In place of an output without memory, a GAP event is sent.
   void finish(const Ticket& ticket, Made made, DropReason reason = DropReason::Policy);
   // The same; returns the flow of the source pad.
   GstFlowReturn end(const Ticket& ticket, gst::Ref<GstBuffer> output,
@@ -138,6 +138,7 @@ class FilterOutput {
   void push_finished() { with_task_ ? task_.wake() : drain(); }
   void drain();
   void push(Entry entry) noexcept;
+  void push_gap(GstBuffer* frame) noexcept;
   void post_flow() noexcept;
 
   const Owner owner_;

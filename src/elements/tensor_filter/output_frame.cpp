@@ -212,6 +212,9 @@ OutputFrame::Made OutputFrame::assemble(const InputFrame& in, std::span<weir_ten
       pieces_.push_back({gst::Ref<GstMemory>::share(memory), pool_.tensors()[index]});
     } else if (auto status = add(output_piece(index, outputs[index])); !status) {
       return status.error();
+    } else if (!pieces_.back().memory) {
+      pieces_.clear();
+      break;
     }
   }
   auto out = gst::Ref<GstBuffer>::adopt(gst_buffer_new());
@@ -235,15 +238,7 @@ Result<gst::TensorPiece> OutputFrame::input_piece(const InputFrame& in, size_t i
 }
 
 Result<gst::TensorPiece> OutputFrame::output_piece(size_t index, weir_tensor& tensor) {
-  if (tensor.bytes == 0)
-    return Error{.code = Code::INVOKE_FAILED,
-                 .what = "the engine returned an output without elements",
-                 .offered = "tensor " + std::to_string(index) + ": 0 bytes",
-                 .needed = "at least one element: a stream cannot contain empty tensors",
-                 .fix =
-                     "return a value above 0 from the engine to drop the frame, or write at least "
-                     "one element"};
-  if (!tensor.data)
+  if (!tensor.data && tensor.bytes > 0)
     return Error{.code = Code::INVOKE_FAILED,
                  .what = "the engine returned no memory for an output",
                  .offered = "tensor " + std::to_string(index),
@@ -255,6 +250,7 @@ Result<gst::TensorPiece> OutputFrame::output_piece(size_t index, weir_tensor& te
                  .offered = std::to_string(tensor.bytes) + " bytes",
                  .needed = spec.to_string(),
                  .difference = "tensor " + std::to_string(index)};
+  if (!flexible() && spec.shape.is_empty()) return gst::TensorPiece{};
   if (!flexible() && !same_shape(tensor.info, described_[index].info))
     return changed_size(index, tensor.info, plan_->model_outputs[index]);
   if (!flexible() && tensor.release)

@@ -10,6 +10,8 @@
 #include "elements/tensor_filter/model_config.hpp"
 #include "elements/tensor_filter/running_flow.hpp"
 #include "elements/tensor_filter/running_model.hpp"
+#include "gstcpp/buffer/frame_builder.hpp"
+#include "gstcpp/buffer/frame_layout.hpp"
 #include "gstcpp/buffer/tensor_caps.hpp"
 #include "gstcpp/element/base_classes.hpp"
 #include "gstcpp/element/model_event.hpp"
@@ -159,6 +161,11 @@ class TensorFilter final : public gst::Element<TensorFilter, gst::PlainElement>,
     }
     if (const auto reason = admission_.drop_reason(buffer.get())) {
       ledger_.dropped(*reason);
+      return GST_FLOW_OK;
+    }
+    if (skips_empty_ && gst::has_empty_tensor(buffer.get())) {
+      ledger_.dropped(DropReason::Policy);
+      if (auto gap = gst::gap_like(buffer.get())) flow_->send(std::move(gap));
       return GST_FLOW_OK;
     }
     const GstClockTime deadline = admission_.get_deadline(buffer.get());
@@ -445,6 +452,7 @@ class TensorFilter final : public gst::Element<TensorFilter, gst::PlainElement>,
     plan->output = *chosen;
     const auto begun = std::make_shared<const FilterPlan>(*plan);
     if (auto status = flow_->begin(model, begun); !status) return status;
+    skips_empty_ = input.format == Format::Flexible && !model->takes_empty();
     describe(model, begun, begins);
     report({plan->model_inputs, plan->model_outputs});
     const auto before = Ref<GstCaps>::adopt(gst_pad_get_current_caps(source_));
@@ -468,6 +476,7 @@ class TensorFilter final : public gst::Element<TensorFilter, gst::PlainElement>,
   }
 
   GstPad* sink_ = nullptr;      // owned by the element
+  bool skips_empty_ = false;    // sends GAP events in place of inputs without elements
   GstPad* source_ = nullptr;    // owned by the element
   std::mutex replacing_mutex_;  // held while `model` is read and written; taken before other locks
   FilterThreads threads_;

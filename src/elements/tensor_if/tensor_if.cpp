@@ -91,7 +91,9 @@ class TensorIf : public gst::OneToMany<TensorIf> {
     if (is_written()) follow_properties();
     if (!plan_) return *missing_;
     if (auto status = layout_.locate(buffer.get(), spec_); !status) return status.error();
-    const auto holds = decide(buffer.get());
+    // Without elements there is nothing to compare: the condition is false.
+    const auto holds =
+        layout_.has_empty_tensor() ? Result<std::optional<bool>>(false) : decide(buffer.get());
     if (!holds) return holds.error();
     const size_t way = holds->value_or(false) ? 0 : 1;
     const IfBranch& branch = plan_->branches[way];

@@ -9,6 +9,7 @@
 #include "elements/tensor_preprocess/preprocess_settings.hpp"
 #include "elements/tensor_preprocess/regions_pad.hpp"
 #include "elements/tensor_preprocess/video_negotiation.hpp"
+#include "gstcpp/buffer/frame_builder.hpp"
 #include "gstcpp/buffer/tensor_caps.hpp"
 #include "gstcpp/buffer/tensor_meta.hpp"
 #include "gstcpp/element/counted_transform.hpp"
@@ -291,8 +292,7 @@ class TensorPreprocess : public gst::CountedTransform<TensorPreprocess> {
   // For a frame without regions: a GAP event signals downstream that its time has passed.
   GstFlowReturn drop_without_output(GstBuffer* in) {
     ledger_.dropped(DropReason::Policy);
-    if (GST_BUFFER_PTS_IS_VALID(in))
-      gst_pad_push_event(source(), gst_event_new_gap(GST_BUFFER_PTS(in), GST_BUFFER_DURATION(in)));
+    if (auto gap = gst::gap_like(in)) gst_pad_push_event(source(), gap.release());
     return GST_BASE_TRANSFORM_FLOW_DROPPED;
   }
 

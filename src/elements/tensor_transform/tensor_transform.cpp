@@ -8,6 +8,8 @@
 
 #include "elements/tensor_transform/frame_transformer.hpp"
 #include "elements/tensor_transform/transform_options.hpp"
+#include "gstcpp/buffer/frame_builder.hpp"
+#include "gstcpp/buffer/frame_layout.hpp"
 #include "gstcpp/buffer/tensor_caps.hpp"
 #include "gstcpp/element/counted_transform.hpp"
 #include "gstcpp/element/derived_setting.hpp"
@@ -149,7 +151,17 @@ class TensorTransform : public gst::CountedTransform<TensorTransform> {
       return GST_FLOW_NOT_NEGOTIATED;
     }
     if (transformer_ && !waiting_ && is_written()) follow_properties();
+    if (is_flexible_ && gst::has_empty_tensor(buffer)) return skip(Ref<GstBuffer>::adopt(buffer));
     return gst::CountedTransform<TensorTransform>::submit_input_buffer(discont, buffer);
+  }
+
+  // Sends a GAP event in place of a frame without elements.
+  GstFlowReturn skip(const Ref<GstBuffer>& buffer) {
+    ledger_.received();
+    ledger_.dropped(DropReason::Policy);
+    if (auto gap = gst::gap_like(buffer.get()))
+      gst_pad_push_event(GST_BASE_TRANSFORM_SRC_PAD(self()), gap.release());
+    return GST_FLOW_OK;
   }
 
   Status set_caps(GstCaps* in, GstCaps* out) {
@@ -170,6 +182,7 @@ class TensorTransform : public gst::CountedTransform<TensorTransform> {
       if (output->format == Format::Static)
         if (auto status = check_output(*output, *computed); !status) return status;
     }
+    is_flexible_ = input->format == Format::Flexible;
     return transformer_->configure(*input, *output);
   }
 
@@ -442,6 +455,7 @@ class TensorTransform : public gst::CountedTransform<TensorTransform> {
   gst::LiveSettings<Settings> followed_;  // the settings of loaded_; streaming thread
   // Streaming thread: caps arrived without a mode; the events after them.
   bool waiting_ = false;
+  bool is_flexible_ = false;  // the input; streaming thread
   gst::EarlyEvents early_;
   bool reported_ = false;  // set_caps() posted its error; streaming thread
   SharedOptions loaded_;   // valid options of transformer_; both streaming thread only

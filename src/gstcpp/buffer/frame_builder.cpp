@@ -252,6 +252,11 @@ GstBufferPool* pool() {
 
 }  // namespace
 
+Ref<GstEvent> gap_like(GstBuffer* frame) {
+  if (!GST_BUFFER_PTS_IS_VALID(frame)) return {};
+  return Ref<GstEvent>::adopt(gst_event_new_gap(GST_BUFFER_PTS(frame), GST_BUFFER_DURATION(frame)));
+}
+
 Ref<GstBuffer> sharing_buffer(std::span<GstBuffer* const> owners) {
   const auto pooled = [](GstBuffer* owner) { return owner->pool != nullptr; };
   GstBuffer* out = nullptr;

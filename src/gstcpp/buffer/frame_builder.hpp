@@ -71,6 +71,9 @@ Result<Ref<GstBuffer>> copy_tensors(GstBuffer* in, const FrameLayout& layout,
 // (sharing_buffer()).
 Ref<GstBuffer> buffer_like(GstBuffer* in);
 
+// Makes the GAP event in the place of a frame without results; null if the frame has no time.
+Ref<GstEvent> gap_like(GstBuffer* frame);
+
 // Makes an empty buffer for memories of `owners` or parts of them. Owners from a pool are held
 // until the buffer has dropped its memories: a pool discards a returned buffer whose memory is
 // still in use and would allocate for each frame. GstParentBufferMeta releases the owner too early

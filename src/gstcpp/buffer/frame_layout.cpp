@@ -6,6 +6,7 @@
 
 #include "core/tensor/packed_tensors.hpp"
 #include "core/tensor/tensor_header.hpp"
+#include "gstcpp/buffer/deferred_memory.hpp"
 #include "gstcpp/buffer/frame_errors.hpp"
 #include "gstcpp/buffer/memory_part.hpp"
 
@@ -27,6 +28,11 @@ void FrameLayout::unmap() noexcept {
 void FrameLayout::clear() noexcept {
   places_.clear();
   unmap();
+}
+
+bool FrameLayout::has_empty_tensor() const noexcept {
+  return std::any_of(places_.begin(), places_.end(),
+                     [](const TensorPlace& place) { return place.spec.shape.is_empty(); });
 }
 
 Status FrameLayout::locate(GstBuffer* buffer, const FrameSpec& spec) {
@@ -188,6 +194,19 @@ Status FrameLayout::map_payloads(GstBuffer* buffer, GstMapFlags flags) {
     place.capacity = map.capacity() - at;
   }
   return ok();
+}
+
+bool has_empty_tensor(GstBuffer* buffer) {
+  const guint count = gst_buffer_n_memory(buffer);
+  bool may_have = count == 1 || count == kMemoryLimit;  // such a memory may hold several tensors
+  for (guint i = 0; i < count; ++i) {
+    // A region, which has elements: mapping would compute it.
+    if (is_deferred_memory(gst_buffer_peek_memory(buffer, i))) return false;
+    may_have |= size_of_memory(buffer, i) == kTensorHeaderBytes;
+  }
+  if (!may_have) return false;
+  FrameLayout layout;
+  return layout.locate(buffer, {Format::Flexible, {}, {}}) && layout.has_empty_tensor();
 }
 
 }  // namespace weir::gst

@@ -37,6 +37,8 @@ class FrameLayout {
   Status read(GstBuffer* buffer, const FrameSpec& spec, GstMapFlags flags = GST_MAP_READ);
   void clear() noexcept;
   const std::vector<TensorPlace>& tensors() const noexcept { return places_; }
+  // Whether a tensor has no elements. Only in flexible streams.
+  bool has_empty_tensor() const noexcept;
   uint64_t bytes_copied() const noexcept { return copied_; }  // by merging, in the last read()
 
  private:
@@ -57,5 +59,9 @@ class FrameLayout {
   std::vector<TensorPlace> places_;
   uint64_t copied_ = 0;
 };
+
+// Whether a tensor of this frame of a flexible stream has no elements. False for a frame that
+// FrameLayout rejects.
+bool has_empty_tensor(GstBuffer* buffer);
 
 }  // namespace weir::gst

@@ -144,4 +144,13 @@ std::optional<DescribedModel> parse_model_event(GstEvent* event) {
                         *std::move(metadata)};
 }
 
+std::optional<DescribedModel> find_model(GstPad* pad) {
+  for (guint i = 0;; ++i) {
+    const auto event =
+        Ref<GstEvent>::adopt(gst_pad_get_sticky_event(pad, GST_EVENT_CUSTOM_DOWNSTREAM_STICKY, i));
+    if (!event) return std::nullopt;
+    if (auto model = parse_model_event(event.get())) return model;
+  }
+}
+
 }  // namespace weir::gst

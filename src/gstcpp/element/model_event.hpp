@@ -27,4 +27,7 @@ bool is_model_event(GstEvent* event) noexcept;
 // element may have made the event: numbers of tensors, ranks and texts are bounded.
 std::optional<DescribedModel> parse_model_event(GstEvent* event);
 
+// The model of the stream that arrives at `pad`: of its sticky event; nullopt without one.
+std::optional<DescribedModel> find_model(GstPad* pad);
+
 }  // namespace weir::gst

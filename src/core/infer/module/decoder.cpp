@@ -77,7 +77,7 @@ size_t Decoder::classes() const noexcept {
 }
 
 void Decoder::set_labels(const std::string& source, const std::vector<std::string>& names) {
-  if (!labels_ || !labels_->set_labels) return;
+  if (!reads_results()) return;
   std::vector<const char*> texts;
   texts.reserve(names.size());
   for (const auto& name : names) texts.push_back(name.c_str());

@@ -35,6 +35,8 @@ class Decoder {
   std::vector<std::string> labels() const;
   // The number of classes of the model, after configure(); 0 = not known.
   size_t classes() const noexcept;
+  // Whether set_labels() has an effect: the decoder reads results.
+  bool reads_results() const noexcept { return labels_ && labels_->set_labels; }
   // Passes the names of the classes of one source of results.
   void set_labels(const std::string& source, const std::vector<std::string>& names);
   // Passes the times of the next frame; call it before decode(). -1 = unknown.
