@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "elements/tensor_aggregator/window_stream.hpp"
+#include "gstcpp/buffer/described_caps.hpp"
 #include "gstcpp/buffer/frame_errors.hpp"
 #include "gstcpp/buffer/query_meta.hpp"
 #include "gstcpp/buffer/tensor_caps.hpp"
@@ -136,7 +137,7 @@ class TensorAggregator : public gst::PlainFilter<TensorAggregator> {
     if (pad == sink_ && GST_QUERY_TYPE(query) == GST_QUERY_ALLOCATION && setup_ &&
         setup_->plan.passes_through)
       return gst_pad_peer_query(source_, query);
-    return gst_pad_query_default(pad, GST_OBJECT_CAST(self()), query);
+    return gst::query_with_static_filter(pad, GST_OBJECT_CAST(self()), query);
   }
 
   void add_stats(GstStructure* stats) const {

@@ -8,6 +8,7 @@
 #include "elements/tensor_decoder/class_labels.hpp"
 #include "elements/tensor_decoder/frame_decoder.hpp"
 #include "gstcpp/buffer/allocation.hpp"
+#include "gstcpp/buffer/described_caps.hpp"
 #include "gstcpp/buffer/frame_builder.hpp"
 #include "gstcpp/buffer/module_values.hpp"
 #include "gstcpp/buffer/result_output.hpp"
@@ -157,7 +158,9 @@ class TensorDecoder : public gst::CountedTransform<TensorDecoder> {
 
   gboolean query(GstPadDirection direction, GstQuery* query) {
     if (direction != GST_PAD_SINK || GST_QUERY_TYPE(query) != GST_QUERY_ACCEPT_CAPS)
-      return parent_class()->query(self(), direction, query);
+      return gst::with_static_filter(query, [&](GstQuery* described) {
+        return parent_class()->query(self(), direction, described);
+      });
     // Accepts caps that the decoder rejects: sink_event then posts the reason.
     GstCaps* caps = nullptr;
     gst_query_parse_accept_caps(query, &caps);

@@ -10,6 +10,7 @@
 #include "elements/tensor_filter/model_config.hpp"
 #include "elements/tensor_filter/running_flow.hpp"
 #include "elements/tensor_filter/running_model.hpp"
+#include "gstcpp/buffer/described_caps.hpp"
 #include "gstcpp/buffer/frame_builder.hpp"
 #include "gstcpp/buffer/frame_layout.hpp"
 #include "gstcpp/buffer/tensor_caps.hpp"
@@ -72,7 +73,8 @@ bool handle_caps_query(GstPad* pad, const OpenModel* model, GstQuery* query) {
   GstCaps* caps = nullptr;
   if (GST_QUERY_TYPE(query) == GST_QUERY_CAPS) {
     gst_query_parse_caps(query, &caps);
-    gst_query_set_caps_result(query, offered_caps(pad, model, caps).get());
+    const auto described = gst::static_where_described(caps);
+    gst_query_set_caps_result(query, offered_caps(pad, model, described.get()).get());
     return true;
   }
   if (GST_QUERY_TYPE(query) != GST_QUERY_ACCEPT_CAPS || !GST_PAD_IS_SINK(pad)) return false;

@@ -6,6 +6,7 @@
 
 #include "core/rate/frame_rate.hpp"
 #include "core/sync/backwards_time.hpp"
+#include "gstcpp/buffer/described_caps.hpp"
 #include "gstcpp/buffer/tensor_caps.hpp"
 #include "gstcpp/element/counted_transform.hpp"
 #include "gstcpp/pads/latency.hpp"
@@ -195,7 +196,9 @@ class TensorRate : public gst::CountedTransform<TensorRate> {
   gboolean query(GstPadDirection direction, GstQuery* query) {
     if (direction == GST_PAD_SRC && GST_QUERY_TYPE(query) == GST_QUERY_LATENCY)
       return gst::handle_latency_query(GST_BASE_TRANSFORM_SINK_PAD(self()), query, latency_);
-    return parent_class()->query(self(), direction, query);
+    return gst::with_static_filter(query, [&](GstQuery* described) {
+      return parent_class()->query(self(), direction, described);
+    });
   }
 
   void add_stats(GstStructure* stats) const {

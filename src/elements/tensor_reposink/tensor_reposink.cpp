@@ -3,6 +3,7 @@
 #include <string>
 
 #include "elements/tensor_reposink/repository.hpp"
+#include "gstcpp/buffer/described_caps.hpp"
 #include "gstcpp/buffer/frame_errors.hpp"
 #include "gstcpp/buffer/frame_layout.hpp"
 #include "gstcpp/buffer/tensor_caps.hpp"
@@ -87,6 +88,11 @@ class TensorReposink : public gst::Element<TensorReposink, gst::BaseSink> {
       count_left(writer_.detach());
     if (transition == GST_STATE_CHANGE_PAUSED_TO_READY) caps_ = {};
     return result;
+  }
+
+  gboolean query(GstQuery* query) {
+    return gst::with_static_filter(
+        query, [&](GstQuery* described) { return parent_class()->query(self(), described); });
   }
 
   Status set_caps(GstCaps* caps) {

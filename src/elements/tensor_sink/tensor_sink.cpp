@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <atomic>
 
+#include "gstcpp/buffer/described_caps.hpp"
 #include "gstcpp/buffer/tensor_caps.hpp"
 #include "gstcpp/element/base_classes.hpp"
 #include "gstcpp/element/ref.hpp"
@@ -87,7 +88,9 @@ class TensorSink : public gst::Element<TensorSink, gst::BaseSink> {
   }
 
   gboolean query(GstQuery* query) {
-    if (GST_QUERY_TYPE(query) != GST_QUERY_SEEKING) return parent_class()->query(self(), query);
+    if (GST_QUERY_TYPE(query) != GST_QUERY_SEEKING)
+      return gst::with_static_filter(
+          query, [&](GstQuery* described) { return parent_class()->query(self(), described); });
     GstFormat format;
     gst_query_parse_seeking(query, &format, nullptr, nullptr, nullptr);
     gst_query_set_seeking(query, format, FALSE, 0, -1);

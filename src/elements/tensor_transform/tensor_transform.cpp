@@ -8,6 +8,7 @@
 
 #include "elements/tensor_transform/frame_transformer.hpp"
 #include "elements/tensor_transform/transform_options.hpp"
+#include "gstcpp/buffer/described_caps.hpp"
 #include "gstcpp/buffer/frame_builder.hpp"
 #include "gstcpp/buffer/frame_layout.hpp"
 #include "gstcpp/buffer/tensor_caps.hpp"
@@ -123,7 +124,8 @@ class TensorTransform : public gst::CountedTransform<TensorTransform> {
       return parent_class()->query(self(), direction, query);
     GstCaps* filter = nullptr;
     gst_query_parse_caps(query, &filter);
-    gst_query_set_caps_result(query, transform_template(direction, filter).get());
+    const auto described = gst::static_where_described(filter);
+    gst_query_set_caps_result(query, transform_template(direction, described.get()).get());
     return TRUE;
   }
 

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <algorithm>
 
+#include "gstcpp/buffer/described_caps.hpp"
 #include "gstcpp/buffer/tensor_caps.hpp"
 #include "gstcpp/element/element.hpp"
 #include "gstcpp/element/model_event.hpp"
@@ -119,7 +120,7 @@ gboolean CollectorPads::pass_on(Pad& pad, Ref<GstEvent> event) {
 // A serialized query must not pass the buffer that is being pushed downstream.
 gboolean CollectorPads::on_sink_query(GstPad* pad, GstObject* parent, GstQuery* query) {
   auto* data = static_cast<Pad*>(gst_pad_get_element_private(pad));
-  if (!data || !is_serialized(query)) return gst_pad_query_default(pad, parent, query);
+  if (!data || !is_serialized(query)) return query_with_static_filter(pad, parent, query);
   gboolean handled = FALSE;
   data->owner->collector_.use_output(data->queue,
                                      [&] { handled = gst_pad_query_default(pad, parent, query); });

@@ -20,6 +20,7 @@
 #include <optional>
 #include <string>
 
+#include "gstcpp/buffer/described_caps.hpp"
 #include "gstcpp/buffer/tensor_caps.hpp"
 #include "gstcpp/element/base_classes.hpp"
 #include "gstcpp/element/error.hpp"
@@ -45,6 +46,7 @@ class OneToMany : public Element<Impl, PlainElement> {
         gst_element_class_get_pad_template(GST_ELEMENT_GET_CLASS(element), "sink"), "sink");
     gst_pad_set_chain_function(sink_, (Base::template chain<&Impl::on_buffer>));
     gst_pad_set_event_function(sink_, (Base::template pad_event<&Impl::on_event>));
+    gst_pad_set_query_function(sink_, query_with_static_filter);
     outputs_.attach(element, sink_, Impl::kSourceTemplate, passes_tensors());
     gst_element_add_pad(element, sink_);
   }
