@@ -24,6 +24,36 @@ extern "C" {
 #define GST_TENSOR_FILTER_FRAMEWORK_BASE (UINT64_C(0xDEAFDEAD00000000))
 #define GST_TENSOR_FILTER_FRAMEWORK_V0 (GST_TENSOR_FILTER_FRAMEWORK_BASE)
 #define GST_TENSOR_FILTER_FRAMEWORK_V1 (GST_TENSOR_FILTER_FRAMEWORK_BASE | UINT64_C(0x10000))
+#define GST_TENSOR_FILTER_API_VERSION_DEFINED 1
+#define GST_TENSOR_FILTER_API_VERSION_MIN 0
+#define GST_TENSOR_FILTER_API_VERSION_MAX 1
+/* Whether `value` is the `version` of a descriptor of API version 0 or 1. */
+#define checkGstTensorFilterFrameworkVersion(value, version) \
+  (((value) >> 16) == ((GST_TENSOR_FILTER_FRAMEWORK_BASE >> 16) | (uint64_t)(version)))
+
+/* Names of accelerators, as get_accl_hw_type() reads them. */
+#define ACCL_NONE_STR "none"
+#define ACCL_AUTO_STR "auto"
+#define ACCL_DEFAULT_STR "default"
+#define ACCL_CPU_STR "cpu"
+#define ACCL_CPU_SIMD_STR "cpu.simd"
+#define ACCL_CPU_NEON_STR "cpu.neon"
+#define ACCL_GPU_STR "gpu"
+#define ACCL_NPU_STR "npu"
+#define ACCL_NPU_MOVIDIUS_STR "npu.movidius"
+#define ACCL_NPU_EDGE_TPU_STR "npu.edgetpu"
+#define ACCL_NPU_VIVANTE_STR "npu.vivante"
+#define ACCL_NPU_SRCN_STR "npu.srcn"
+#define ACCL_NPU_SLSI_STR "npu.slsi"
+#define ACCL_NPU_SR_STR "npu.sr"
+
+/* With NO_ANONYMOUS_NESTED_STRUCT, the members of the two versions of a descriptor are in `v0` and
+ * `v1`, as in `{ .version = ..., .v0 = { ... } }`. */
+#ifdef NO_ANONYMOUS_NESTED_STRUCT
+#define NNS_NESTED(name) name
+#else
+#define NNS_NESTED(name)
+#endif
 
 typedef struct _GstTensorFilterFramework GstTensorFilterFramework;
 
@@ -118,7 +148,7 @@ struct _GstTensorFilterFramework {
       int (*handleEvent)(event_ops op, GstTensorFilterFrameworkEventData* data);
       int (*checkAvailability)(accl_hw hw); /* 0 = available */
       int (*allocateInInvoke)(void** priv); /* 0 = this model does, if the flag is set */
-    };
+    } NNS_NESTED(v0);
     __extension__ struct { /* version 1: all four */
       int (*invoke)(const GstTensorFilterFramework* self, GstTensorFilterProperties* prop,
                     void* priv, const GstTensorMemory* input, GstTensorMemory* output);
@@ -133,9 +163,10 @@ struct _GstTensorFilterFramework {
                           const GstTensorFilterProperties* prop, void* priv, event_ops op,
                           GstTensorFilterFrameworkEventData* data);
       void* subplugin_data; /* for the sub-plugin, reached through self */
-    };
+    } NNS_NESTED(v1);
   };
 };
+#undef NNS_NESTED
 
 /* Registers a framework under its own name. TRUE, or FALSE with the reason in the log: a wrong
  * version, a missing function, a reserved or taken name. Thread-safe. */

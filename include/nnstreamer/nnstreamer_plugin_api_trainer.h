@@ -17,7 +17,8 @@ extern "C" {
 #endif
 
 /* The required `version` of descriptors and notifiers. */
-#define GST_TENSOR_TRAINER_FRAMEWORK_V1 (UINT64_C(0xDEAFDEAD00010000))
+#define GST_TENSOR_TRAINER_FRAMEWORK_BASE (UINT64_C(0xDEAFDEAD00000000))
+#define GST_TENSOR_TRAINER_FRAMEWORK_V1 (GST_TENSOR_TRAINER_FRAMEWORK_BASE | UINT64_C(0x10000))
 
 /* The element's properties, and the progress reported by the framework. */
 typedef struct _GstTensorTrainerProperties {
@@ -41,7 +42,8 @@ typedef struct _GstTensorTrainerEventNotifier {
 
 typedef enum _GstTensorTrainerEventType {
   TRAINER_EVENT_EPOCH_COMPLETION = 0,
-  TRAINER_EVENT_TRAINING_COMPLETION = 1
+  TRAINER_EVENT_TRAINING_COMPLETION = 1,
+  TRAINER_EVENT_UNKNOWN = 2
 } GstTensorTrainerEventType;
 
 typedef struct _GstTensorTrainerFramework GstTensorTrainerFramework;

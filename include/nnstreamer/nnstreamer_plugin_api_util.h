@@ -13,6 +13,10 @@
 #include "nnstreamer_util.h"
 #include "tensor_typedef.h"
 
+/* A text to print, also for NULL; a copy of `n` bytes. */
+#define _STR_NULL(text) ((text) ? (text) : "(NULL)")
+#define _g_memdup g_memdup2
+
 #ifdef __cplusplus
 extern "C" {
 #endif
@@ -68,7 +72,7 @@ NNS_EXPORT gboolean gst_tensor_info_is_equal(const GstTensorInfo* a, const GstTe
 NNS_EXPORT void gst_tensor_info_copy(GstTensorInfo* to, const GstTensorInfo* from);
 /* The same with at most the first `n` entries of the dimension; the others become 0. */
 NNS_EXPORT void gst_tensor_info_copy_n(GstTensorInfo* to, const GstTensorInfo* from, const guint n);
-/* Name, type and dimension for display, such as "out uint8 3:224:224". */
+/* Name, type and dimension for display, such as "'out' uint8 (3:224:224)". */
 NNS_EXPORT gchar* gst_tensor_info_to_string(const GstTensorInfo* info);
 
 /* ---- The tensors of a frame ---- */
@@ -102,7 +106,7 @@ NNS_EXPORT gchar* gst_tensors_info_get_types_string(const GstTensorsInfo* info);
 NNS_EXPORT gchar* gst_tensors_info_get_names_string(const GstTensorsInfo* info);
 /* Format, number and each tensor for display. */
 NNS_EXPORT gchar* gst_tensors_info_to_string(const GstTensorsInfo* info);
-/* Both side by side, one line per tensor, which states whether they are equal. */
+/* Both side by side, one line per tensor, which ends in "Not equal" where the texts differ. */
 NNS_EXPORT gchar* gst_tensors_info_compare_to_string(const GstTensorsInfo* a,
                                                      const GstTensorsInfo* b);
 
@@ -119,6 +123,12 @@ NNS_EXPORT gboolean gst_tensors_config_is_equal(const GstTensorsConfig* a,
 NNS_EXPORT void gst_tensors_config_copy(GstTensorsConfig* to, const GstTensorsConfig* from);
 /* The tensors and the frame rate for display. */
 NNS_EXPORT gchar* gst_tensors_config_to_string(const GstTensorsConfig* config);
+
+/* TRUE for a stream of this format; `config` is a pointer. */
+#define gst_tensors_config_is_static(config) ((config)->info.format == _NNS_TENSOR_FORMAT_STATIC)
+#define gst_tensors_config_is_flexible(config) \
+  ((config)->info.format == _NNS_TENSOR_FORMAT_FLEXIBLE)
+#define gst_tensors_config_is_sparse(config) ((config)->info.format == _NNS_TENSOR_FORMAT_SPARSE)
 
 /* ---- Lists, configuration ---- */
 

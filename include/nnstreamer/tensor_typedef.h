@@ -28,6 +28,23 @@ extern "C" {
 #define NNS_TENSOR_MEMORY_MAX 16        /* memories of a buffer; the last one packs the rest */
 #define NNS_TENSOR_SIZE_EXTRA_LIMIT 240 /* tensors beyond the array in GstTensorsInfo */
 
+/* Caps of tensor streams and parts of them, as string literals to join. */
+#define NNS_MIMETYPE_TENSOR "other/tensor"
+#define NNS_MIMETYPE_TENSORS "other/tensors"
+#define NNS_TENSOR_SIZE_LIMIT_STR "256"
+#define GST_TENSOR_NUM_TENSORS_RANGE "(int) [ 1, " NNS_TENSOR_SIZE_LIMIT_STR " ]"
+#define GST_TENSOR_RATE_RANGE "(fraction) [ 0, max ]"
+#define GST_TENSOR_TYPE_ALL \
+  "{ int32, uint32, int16, uint16, int8, uint8, float64, float32, int64, uint64, float16 }"
+#define GST_TENSOR_FORMAT_ALL "{ static, flexible, sparse }"
+#define GST_TENSOR_CAP_DEFAULT NNS_MIMETYPE_TENSOR ", framerate = " GST_TENSOR_RATE_RANGE
+#define GST_TENSORS_CAP_MAKE(fmt) \
+  NNS_MIMETYPE_TENSORS ", format = " fmt ", framerate = " GST_TENSOR_RATE_RANGE
+#define GST_TENSORS_CAP_WITH_NUM(num) GST_TENSORS_CAP_MAKE("static, num_tensors = " num)
+#define GST_TENSORS_CAP_DEFAULT GST_TENSORS_CAP_WITH_NUM(GST_TENSOR_NUM_TENSORS_RANGE)
+#define GST_TENSORS_FLEX_CAP_DEFAULT GST_TENSORS_CAP_MAKE("flexible")
+#define GST_TENSORS_SPARSE_CAP_DEFAULT GST_TENSORS_CAP_MAKE("sparse")
+
 /* The type of an element. The numbers are part of wire formats. */
 typedef enum _tensor_type NNS_ANY_INT {
   _NNS_INT32 = 0,
@@ -43,6 +60,20 @@ typedef enum _tensor_type NNS_ANY_INT {
   _NNS_FLOAT16,
   _NNS_END /* no type */
 } tensor_type;
+
+/* One element of any type. */
+typedef union _tensor_element {
+  int32_t _int32_t;
+  uint32_t _uint32_t;
+  int16_t _int16_t;
+  uint16_t _uint16_t;
+  int8_t _int8_t;
+  uint8_t _uint8_t;
+  double _double;
+  float _float;
+  int64_t _int64_t;
+  uint64_t _uint64_t;
+} tensor_element;
 
 /* The layout of a stream's frames: one size for all; a header of 128 bytes before each tensor; the
  * same with only the elements that are not 0. */
@@ -123,6 +154,10 @@ typedef struct _GstTensorMemory {
   size_t size; /* bytes */
 } GstTensorMemory;
 
+typedef struct _GstSparseTensorInfo {
+  uint32_t nnz; /* number of elements that are not 0 */
+} GstSparseTensorInfo;
+
 /* The header of a flexible or sparse tensor as 32-bit words; gst_tensor_meta_info_*() reads and
  * writes it. In the stream these 22 words are followed by 42 words of 0: do not cast, use
  * gst_tensor_meta_info_parse_header(). Members derived from the words of the wire format. */
@@ -133,13 +168,14 @@ typedef struct _GstTensorMetaInfo {
   tensor_dim dimension;
   uint32_t format;     /* tensor_format */
   uint32_t media_type; /* media_type */
-  uint32_t nnz;        /* sparse: number of elements that are not 0 */
+  __extension__ union { GstSparseTensorInfo sparse_info; };
 } GstTensorMetaInfo;
 
 typedef tensor_layout tensors_layout[NNS_TENSOR_SIZE_LIMIT];
 
-/* Receives one output of an asynchronous filter; see nnstreamer_filter_dispatch_output_async(). */
-typedef void (*nns_filter_async_callback)(GstTensorMemory* output, void* async_user_data);
+/* Receives one output of an asynchronous filter, of all its tensors; see
+ * nnstreamer_filter_dispatch_output_async(). Returns 0, or below 0 on failure. */
+typedef int (*GstTensorDataCallback)(GstTensorMemory* data, GstTensorsInfo* info, void* user_data);
 
 /* Properties of a filter's element: the user's settings, and the tensors of the stream as far as
  * they are known. Owned by the host, constant during a call. Flags are 0 or 1. */
@@ -170,7 +206,7 @@ typedef struct _GstTensorFilterProperties {
   uint32_t suspend; /* ms, 0 = never */
 
   int invoke_async;
-  nns_filter_async_callback async_callback;
+  GstTensorDataCallback async_callback;
   void* async_user_data;
 } GstTensorFilterProperties;
 

@@ -87,7 +87,7 @@ void AsyncOutputs::failed(const Error& error) {
   request_.reset();
 }
 
-void AsyncOutputs::dispatched(GstTensorMemory* output, void* self) {
+int AsyncOutputs::dispatched(GstTensorMemory* output, GstTensorsInfo*, void* self) {
   auto& async_outputs = *static_cast<AsyncOutputs*>(self);
   std::lock_guard lock(async_outputs.mutex_);
   std::optional<Error> failure;
@@ -99,12 +99,13 @@ void AsyncOutputs::dispatched(GstTensorMemory* output, void* self) {
     failure =
         Error{.code = Code::OUT_OF_MEMORY, .what = "no memory for an output", .offered = e.what()};
   }
-  if (!failure) return;
+  if (!failure) return 0;
   if (async_outputs.request_)
     async_outputs.request_->fail(*failure);
   else
     nns_loge("%s", failure->message().c_str());
   async_outputs.request_.reset();
+  return -EINVAL;
 }
 
 // Precondition: mutex_ is held.

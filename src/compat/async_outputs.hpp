@@ -37,7 +37,7 @@ class AsyncOutputs {
   void failed(const Error& error);
 
  private:
-  static void dispatched(GstTensorMemory* output, void* self);
+  static int dispatched(GstTensorMemory* output, GstTensorsInfo*, void* self);
   void dispatch(GstTensorMemory* output);
   void give_on(GstTensorMemory* output, const Described& now,
                const std::shared_ptr<OpenFilter>& filter);

@@ -40,7 +40,7 @@ void nnstreamer_filter_dispatch_output_async(GstTensorFilterProperties* prop,
                                              GstTensorMemory* output) {
   if (!given(__func__, {prop, output})) return;
   if (prop->async_callback)
-    prop->async_callback(output, prop->async_user_data);
+    prop->async_callback(output, &prop->output_meta, prop->async_user_data);
   else
     warn(__func__, "the output is dropped, because the element does not have invoke-async=true");
 }

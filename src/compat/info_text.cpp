@@ -11,52 +11,47 @@ using namespace weir::compat;
 
 namespace {
 
-// Returns for example "out uint8 3:224:224".
+// Returns for example "'out' uint8 (3:224:224)".
 std::string to_string(const GstTensorInfo& info) {
-  const auto spec = to_spec(info);
-  const std::string name = spec.name.empty() ? "" : spec.name + " ";
-  if (spec.type == weir::ElementType::End && spec.shape.rank() == 0) return name + "unknown";
+  const std::string name = info.name && *info.name ? "'" + std::string(info.name) + "' " : "";
   const auto* type = gst_tensor_get_type_string(info.type);
-  const auto shape = spec.shape.to_string();
-  return name + (type ? type : "unknown type") + " " + (shape.empty() ? "no dimension" : shape);
-}
-
-std::string text_at(const GstTensorsInfo& info, size_t index) {
-  const auto* tensor = index < info.num_tensors ? tensor_at(info, index) : nullptr;
-  return tensor ? to_string(*tensor) : "none";
-}
-
-std::string get_format(const GstTensorsInfo& info) {
-  const auto* format = gst_tensor_get_format_string(info.format);
-  return format ? format : "unknown";
+  return name + (type ? type : "(null)") + " (" + to_shape(info.dimension).to_string() + ")";
 }
 
 size_t count_tensors(const GstTensorsInfo& info) {
   return std::min<size_t>(info.num_tensors, NNS_TENSOR_SIZE_LIMIT);
 }
 
-// Returns for example "static, 2 tensors: [0] uint8 3:4, [1] float32 5".
+// Returns the text of a tensor, also without the memory that it would be in.
+std::string text_at(const GstTensorsInfo& info, size_t index) {
+  const auto* tensor = tensor_at(info, index);
+  return tensor ? to_string(*tensor) : "(null) ()";
+}
+
+// Returns for example "Format = static, Num_Tensors = 1, Tensors = [{ uint8 (3:4) }]". Programs
+// compare this text, also that of too many tensors.
 std::string to_string(const GstTensorsInfo& info) {
+  const auto* format = gst_tensor_get_format_string(info.format);
+  std::string out = "Format = " + std::string(format ? format : "unknown");
+  if (info.format != _NNS_TENSOR_FORMAT_STATIC) return out;
+  out += ", Num_Tensors = " + std::to_string(info.num_tensors);
+  const bool beyond = info.num_tensors > NNS_TENSOR_SIZE_LIMIT;
+  if (beyond) out += " (Num_Tensors out of bound, showing " NNS_TENSOR_SIZE_LIMIT_STR " only.)";
   const size_t count = count_tensors(info);
-  std::string out = get_format(info);
-  if (count == 0 && info.format != _NNS_TENSOR_FORMAT_STATIC) return out;
-  out += ", " + std::to_string(count) + (count == 1 ? " tensor" : " tensors");
   for (size_t i = 0; i < count; ++i)
-    out += (i ? ", [" : ": [") + std::to_string(i) + "] " + text_at(info, i);
+    out += (i ? ", { " : ", Tensors = [{ ") + text_at(info, i) + " }";
+  if (count > 0) out += beyond ? ", ]" : "]";
   return out;
 }
 
 std::string comparison(const GstTensorsInfo& a, const GstTensorsInfo& b) {
-  std::string out = "format: " + get_format(a) + " | " + get_format(b) + " | " +
-                    (a.format == b.format ? "equal" : "not equal") + "\n";
-  out += "tensors: " + std::to_string(a.num_tensors) + " | " + std::to_string(b.num_tensors) +
-         " | " + (a.num_tensors == b.num_tensors ? "equal" : "not equal") + "\n";
+  std::string out;
   for (size_t i = 0; i < std::max(count_tensors(a), count_tensors(b)); ++i) {
-    const auto* left = i < count_tensors(a) ? tensor_at(a, i) : nullptr;
-    const auto* right = i < count_tensors(b) ? tensor_at(b, i) : nullptr;
-    const bool equal = left && right && gst_tensor_info_is_equal(left, right);
-    out += "tensor " + std::to_string(i) + ": " + text_at(a, i) + " | " + text_at(b, i) + " | " +
-           (equal ? "equal" : "not equal") + "\n";
+    const std::string left = i < count_tensors(a) ? text_at(a, i) : "None";
+    const std::string right = i < count_tensors(b) ? text_at(b, i) : "None";
+    const std::string index = std::to_string(i);
+    out += std::string(3 - index.size(), ' ') + index + " : " + left + " | " + right + " " +
+           (left == right ? "" : "Not equal") + "\n";
   }
   return out;
 }
@@ -81,7 +76,7 @@ gchar* gst_tensors_info_compare_to_string(const GstTensorsInfo* a, const GstTens
 gchar* gst_tensors_config_to_string(const GstTensorsConfig* config) {
   if (!given(__func__, {config})) return nullptr;
   return or_else<gchar*>(__func__, nullptr, [&] {
-    return text(to_string(config->info) + ", framerate " + std::to_string(config->rate_n) + "/" +
+    return text(to_string(config->info) + ", Framerate = " + std::to_string(config->rate_n) + "/" +
                 std::to_string(config->rate_d));
   });
 }

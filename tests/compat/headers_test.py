@@ -47,6 +47,14 @@ class Headers(unittest.TestCase):
             done = compile_alone("c++", "c++11", os.environ["WEIR_CXX"], name, "#include <nnstreamer/{name}>")
             self.assertEqual(done.returncode, 0, f"{name}\n{done.stderr}")
 
+    def test_name_the_versions_of_a_descriptor_on_request(self):
+        how = "#define NO_ANONYMOUS_NESTED_STRUCT\n#include <nnstreamer/{name}>\n"
+        how += "int reads(GstTensorFilterFramework f) {{ return f.v0.invoke_NN && f.v1.invoke; }}"
+        for language, standard, compiler in ("c", "c99", "WEIR_CC"), ("c++", "c++11", "WEIR_CXX"):
+            done = compile_alone(language, standard, os.environ[compiler], "nnstreamer_plugin_api_filter.h",
+                                 how.replace("int reads", "int reads(GstTensorFilterFramework f);\nint reads"))
+            self.assertEqual(done.returncode, 0, done.stderr)
+
 
 if __name__ == "__main__":
     tap_runner.main()

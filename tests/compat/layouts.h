@@ -77,8 +77,13 @@ IS(SUSPEND, 7);
 IS(RESUME, 8);
 IS(TRAINER_EVENT_EPOCH_COMPLETION, 0);
 IS(TRAINER_EVENT_TRAINING_COMPLETION, 1);
+IS(TRAINER_EVENT_UNKNOWN, 2);
 CHECK(GST_TENSOR_FILTER_FRAMEWORK_V0 >> 16 == UINT64_C(0xDEAFDEAD0000), "version 0");
 CHECK(GST_TENSOR_FILTER_FRAMEWORK_V1 >> 16 == UINT64_C(0xDEAFDEAD0001), "version 1");
+CHECK(checkGstTensorFilterFrameworkVersion(GST_TENSOR_FILTER_FRAMEWORK_V0 | 7, 0), "version 0");
+CHECK(checkGstTensorFilterFrameworkVersion(GST_TENSOR_FILTER_FRAMEWORK_V1, 1), "version 1");
+CHECK(!checkGstTensorFilterFrameworkVersion(GST_TENSOR_FILTER_FRAMEWORK_V1, 0), "version 1");
+CHECK(!checkGstTensorFilterFrameworkVersion(UINT64_C(1) << 16, 1), "no version");
 CHECK(GST_TENSOR_TRAINER_FRAMEWORK_V1 == UINT64_C(0xDEAFDEAD00010000), "trainer version");
 
 SIZE(tensor_type, 4);
@@ -109,7 +114,9 @@ AT(GstTensorMetaInfo, type, 8);
 AT(GstTensorMetaInfo, dimension, 12);
 AT(GstTensorMetaInfo, format, 76);
 AT(GstTensorMetaInfo, media_type, 80);
-AT(GstTensorMetaInfo, nnz, 84);
+AT(GstTensorMetaInfo, sparse_info.nnz, 84);
+SIZE(GstTensorMetaInfo, 88);
+SIZE(tensor_element, 8);
 
 AT(GstTensorFilterProperties, fwname, 0);
 AT(GstTensorFilterProperties, fw_opened, 8);

@@ -28,14 +28,6 @@ static int is(gchar* text, const char* wanted) {
   return same;
 }
 
-/* Whether the text, which is freed, contains both words. */
-static int says(gchar* text, const char* one, const char* other) {
-  const int both = text && strstr(text, one) && strstr(text, other);
-  if (!both) fprintf(stderr, "\"%s\" lacks %s or %s\n", text ? text : "NULL", one, other);
-  g_free(text);
-  return both;
-}
-
 static GstStructure* make_structure(const char* text) {
   GstStructure* structure = gst_structure_from_string(text, NULL);
   if (!structure) fprintf(stderr, "no structure: %s\n", text);
@@ -110,8 +102,9 @@ static void check_config(void) {
   CHECK(config.info.info[0].type == _NNS_UINT8 && config.info.info[1].type == _NNS_FLOAT32);
   CHECK(config.info.info[0].dimension[1] == 4 && config.info.info[0].dimension[2] == 0);
   CHECK(config.rate_n == 30 && config.rate_d == 1);
-  CHECK(says(gst_tensors_config_to_string(&config), "float32", "3:4"));
-  CHECK(says(gst_tensors_config_to_string(&config), "static", "30/1"));
+  CHECK(is(gst_tensors_config_to_string(&config),
+           "Format = static, Num_Tensors = 2, Tensors = [{ uint8 (3:4) }, { float32 (5) }], "
+           "Framerate = 30/1"));
   gst_tensors_config_free(&config);
 
   CHECK(make_config("other/tensor, dimension=(string)3:4, type=(string)int8", &config));
@@ -121,6 +114,7 @@ static void check_config(void) {
 
   CHECK(make_config("other/tensors, format=(string)flexible, framerate=(fraction)0/1", &config));
   CHECK(config.info.format == _NNS_TENSOR_FORMAT_FLEXIBLE && config.rate_n == 0);
+  CHECK(is(gst_tensors_config_to_string(&config), "Format = flexible, Framerate = 0/1"));
   gst_tensors_config_free(&config);
 
   make_garbage(&config);
@@ -196,14 +190,17 @@ static void check_info_text(void) {
   gst_tensors_info_parse_names_string(&one, "image,");
   other.num_tensors = gst_tensors_info_parse_dimensions_string(&other, "3:4:5:1");
   gst_tensors_info_parse_types_string(&other, "uint8");
-  CHECK(says(gst_tensor_info_to_string(&one.info[0]), "image", "3:4:5"));
-  CHECK(says(gst_tensors_info_to_string(&one), "uint8", "7:1"));
+  CHECK(is(gst_tensor_info_to_string(&one.info[0]), "'image' uint8 (3:4:5)"));
+  CHECK(is(gst_tensors_info_to_string(&one),
+           "Format = static, Num_Tensors = 2, Tensors = [{ 'image' uint8 (3:4:5) }, { float32 "
+           "(7:1) }]"));
   CHECK(gst_tensor_info_to_string(NULL) == NULL);
   CHECK(gst_tensors_info_to_string(NULL) == NULL);
-  CHECK(says(gst_tensors_info_compare_to_string(&one, &other), "tensor 0: image uint8 3:4:5 | ",
-             " | uint8 3:4:5:1 | equal"));
-  CHECK(says(gst_tensors_info_compare_to_string(&one, &other), "tensors: 2 | 1 | not equal",
-             "tensor 1: float32 7:1 | none | not equal"));
+  CHECK(is(gst_tensors_info_compare_to_string(&one, &other),
+           "  0 : 'image' uint8 (3:4:5) | uint8 (3:4:5:1) Not equal\n"
+           "  1 : float32 (7:1) | None Not equal\n"));
+  CHECK(is(gst_tensors_info_compare_to_string(&other, &other),
+           "  0 : uint8 (3:4:5:1) | uint8 (3:4:5:1) \n"));
   CHECK(gst_tensors_info_compare_to_string(&one, NULL) == NULL);
   CHECK(gst_tensors_info_compare_to_string(NULL, &one) == NULL);
   CHECK(is(gst_tensors_info_get_rank_dimensions_string(&one, 4, TRUE), "3:4:5:1,7:1:1:1"));
@@ -221,6 +218,47 @@ static void check_info_text(void) {
   gst_tensor_info_copy_n(&copy, NULL, 1);
   gst_tensors_info_free(&one);
   gst_tensors_info_free(&other);
+}
+
+/* The text of more tensors than there can be. */
+static void check_text_of_too_many(void) {
+  GString* wanted = g_string_new(
+      "Format = static, Num_Tensors = 257 (Num_Tensors out of bound, showing 256 only.), "
+      "Tensors = [");
+  GstTensorsInfo many;
+  guint i;
+  gst_tensors_info_init(&many);
+  many.num_tensors = 257;
+  gst_tensors_info_get_nth_info(&many, 0)->type = _NNS_UINT8;
+  for (i = 0; i < 256; ++i) g_string_append(wanted, i ? "{ (null) () }, " : "{ uint8 () }, ");
+  g_string_append(wanted, "]");
+  CHECK(is(gst_tensors_info_to_string(&many), wanted->str));
+  many.num_tensors = 0;
+  CHECK(is(gst_tensors_info_to_string(&many), "Format = static, Num_Tensors = 0"));
+  many.format = _NNS_TENSOR_FORMAT_END;
+  CHECK(is(gst_tensors_info_to_string(&many), "Format = unknown"));
+  gst_tensors_info_free(&many);
+  g_string_free(wanted, TRUE);
+}
+
+/* Whether the first caps are caps of which the second are some. */
+static int holds(const char* text, const char* some_text) {
+  GstCaps *caps = gst_caps_from_string(text), *some = gst_caps_from_string(some_text);
+  const int result = caps && some && gst_caps_is_subset(some, caps);
+  if (caps) gst_caps_unref(caps);
+  if (some) gst_caps_unref(some);
+  return result;
+}
+
+static void check_caps_literals(void) {
+  CHECK(holds(GST_TENSOR_CAP_DEFAULT ", type = " GST_TENSOR_TYPE_ALL,
+              "other/tensor, type = float16, framerate = 30/1"));
+  CHECK(holds(GST_TENSORS_CAP_DEFAULT,
+              "other/tensors, format = static, num_tensors = 256, framerate = 0/1"));
+  CHECK(!holds(GST_TENSORS_CAP_WITH_NUM("3"),
+               "other/tensors, format = static, num_tensors = 2, framerate = 0/1"));
+  CHECK(holds(GST_TENSORS_CAP_MAKE(GST_TENSOR_FORMAT_ALL),
+              GST_TENSORS_FLEX_CAP_DEFAULT "; " GST_TENSORS_SPARSE_CAP_DEFAULT));
 }
 
 static void check_dimensions(void) {
@@ -444,6 +482,8 @@ int main(int argc, char** argv) {
   check_config();
   check_peer();
   check_info_text();
+  check_text_of_too_many();
+  check_caps_literals();
   check_dimensions();
   check_memory();
   check_caps();
