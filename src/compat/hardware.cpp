@@ -18,29 +18,42 @@ bool in_list(const accl_hw* list, int count, accl_hw hw) {
   return list && std::find(list, list + std::max(count, 0), hw) != list + std::max(count, 0);
 }
 
-// Tries the event first; a framework that does not support it has a list.
+// Asks the sub-plugin about its options; one that does not know the event has no objection.
+bool agrees(int result) {
+  return result == 0 || result == -ENOENT;
+}
+
 bool has_v1(const GstTensorFilterFramework& framework, accl_hw hw, const gchar* custom) {
   const weir::OpenRequest nothing{{}, weir::Options(nullptr, 0), "", 0};
   Properties properties("", "", nothing);
+  GstTensorFilterFrameworkInfo info{};
+  if (framework.getFrameworkInfo(&framework, properties.get(), nullptr, &info) < 0) return false;
+  const bool is_listed = in_list(info.hw_list, info.num_hw, hw);
+  if (!custom) return is_listed;
   GstTensorFilterFrameworkEventData data{};
   data.hw = hw;
   data.custom = custom;
   const int result =
       framework.eventHandler(&framework, properties.get(), nullptr, CHECK_HW_AVAILABILITY, &data);
-  if (result != -ENOENT) return result == 0;
-  GstTensorFilterFrameworkInfo info{};
-  if (framework.getFrameworkInfo(&framework, properties.get(), nullptr, &info) < 0) return false;
-  return in_list(info.hw_list, info.num_hw, hw);
+  return is_listed ? agrees(result) : result == 0;  // hardware of one option need not be listed
+}
+
+bool has_v0(const GstTensorFilterFramework& framework, accl_hw hw, const gchar* custom) {
+  if (!framework.checkAvailability || framework.checkAvailability(hw) != 0) return false;
+  GstTensorFilterFrameworkEventData data{};
+  data.hw = hw;
+  data.custom = custom;
+  return !custom || !framework.handleEvent ||
+         agrees(framework.handleEvent(CHECK_HW_AVAILABILITY, &data));
 }
 
 bool has(const GstTensorFilterFramework& framework, accl_hw hw, const gchar* custom) {
-  if (framework.version >> 16 & 0xFFFF) return has_v1(framework, hw, custom);
-  return framework.checkAvailability && framework.checkAvailability(hw) == 0;
+  return framework.version >> 16 & 0xFFFF ? has_v1(framework, hw, custom)
+                                          : has_v0(framework, hw, custom);
 }
 
 // An engine without a list runs on the CPU.
 bool has(const weir_engine& engine, accl_hw hw) {
-  if (hw == ACCL_AUTO || hw == ACCL_DEFAULT) return true;
   const auto names = weir::infer::list_accelerators(engine);
   if (names.empty()) return hw == ACCL_CPU;
   return std::any_of(names.begin(), names.end(), [&](const auto& name) {
@@ -52,14 +65,15 @@ bool has(const weir_engine& engine, accl_hw hw) {
 
 gboolean gst_tensor_filter_check_hw_availability(const gchar* name, const accl_hw hw,
                                                  const gchar* custom) {
-  if (!given(__func__, {name})) return FALSE;
+  if (!given(__func__, {name}) || hw == ACCL_NONE) return FALSE;
   return or_else(__func__, FALSE, [&]() -> gboolean {
     using weir::subplugin::Kind;
     const auto sub_plugin = weir::subplugin::open(Kind::Filter, name);
+    const bool is_any = hw == ACCL_AUTO || hw == ACCL_DEFAULT;
     if (sub_plugin && *sub_plugin)
-      return has(*static_cast<const GstTensorFilterFramework*>(*sub_plugin), hw, custom);
+      return is_any || has(*static_cast<const GstTensorFilterFramework*>(*sub_plugin), hw, custom);
     const auto engine = weir::infer::ModuleLibrary::instance().engine(name);
-    if (engine) return has(**engine, hw);
+    if (engine) return is_any || has(**engine, hw);
     warn("gst_tensor_filter_check_hw_availability", engine.error());
     return FALSE;
   });

@@ -135,6 +135,35 @@ TEST_F(BuiltInFilter, InvokesIntoTheCallersMemoryAndIntoItsOwn) {
       0);
 }
 
+// Programs pass NULL for what these functions do not need.
+TEST_F(BuiltInFilter, IsCalledWithoutDescriptorAndProperties) {
+  Opened opened("custom-easy", "squares");
+  ASSERT_EQ(opened.result, 0);
+  const auto* found = opened.found;
+  uint8_t numbers[] = {1, 2, 3, 4};
+  uint32_t place[4] = {};
+  const GstTensorMemory in{numbers, sizeof numbers};
+  GstTensorMemory out{place, sizeof place};
+  EXPECT_EQ(found->invoke(nullptr, nullptr, opened.priv, &in, &out), 0);
+  EXPECT_EQ(place[3], 16u);
+  EXPECT_EQ(found->invoke(nullptr, nullptr, nullptr, &in, &out), -EINVAL);
+  GstTensorsInfo info_in, info_out;
+  ASSERT_EQ(
+      found->getModelInfo(nullptr, nullptr, opened.priv, GET_IN_OUT_INFO, &info_in, &info_out), 0);
+  gst_tensors_info_free(&info_in);
+  gst_tensors_info_free(&info_out);
+  const char* model = "squares";
+  GstTensorFilterFrameworkEventData event{};
+  event.model_files = &model;
+  event.num_models = 1;
+  EXPECT_EQ(found->eventHandler(nullptr, nullptr, opened.priv, RELOAD_MODEL, &event), 0);
+  EXPECT_EQ(found->eventHandler(nullptr, nullptr, nullptr, RELOAD_MODEL, &event), -EINVAL);
+  event.hw = ACCL_CPU;
+  event.custom = nullptr;
+  EXPECT_EQ(found->eventHandler(nullptr, nullptr, opened.priv, CHECK_HW_AVAILABILITY, &event), 0);
+  EXPECT_EQ(found->invoke(nullptr, nullptr, opened.priv, &in, &out), 0);
+}
+
 TEST_F(BuiltInFilter, RejectsInvalidCalls) {
   Opened unknown("custom-easy", "no-such-function");
   ASSERT_NE(unknown.found, nullptr);
