@@ -7,13 +7,17 @@
 #include <charconv>
 
 #include "gstcpp/element/error.hpp"
+#include "transport/host_text.hpp"
 #include "transport/network_policy.hpp"
 
 namespace weir {
 
 Result<transport::BrokerOptions> broker_options(const BrokerSettings& settings) {
   transport::BrokerOptions out;
-  const std::string& port = settings.port;
+  const transport::HostText address = transport::read_host(settings.host);
+  const bool is_default = settings.port == BrokerSettings().port;
+  const std::string port =
+      address.port && is_default ? std::to_string(*address.port) : settings.port;
   const auto [end, fault] = std::from_chars(port.data(), port.data() + port.size(), out.port);
   if (fault != std::errc{} || end != port.data() + port.size() || out.port == 0)
     return Error{.code = Code::OPTION_VALUE,
@@ -21,7 +25,7 @@ Result<transport::BrokerOptions> broker_options(const BrokerSettings& settings) 
                  .offered = "port=" + port,
                  .needed = "a number from 1 to 65535",
                  .fix = "port=1883"};
-  out.host = settings.host;
+  out.host = address.host;
   out.client_id = settings.client_id;
   out.version = settings.is_v5() ? transport::MqttVersion::V5 : transport::MqttVersion::V311;
   out.clean_session = settings.cleansession;

@@ -7,6 +7,7 @@
 #include <optional>
 #include <string>
 
+#include "edge/addresses.hpp"
 #include "edge/broker_login.hpp"
 #include "edge/edge_broker.hpp"
 #include "edge/edge_connect_type.hpp"
@@ -114,7 +115,7 @@ class Edgesink : public gst::Element<Edgesink, gst::BaseSink> {
       });
 
   Status start() {
-    const Settings s = settings();
+    const Settings s = read_settings();
     if (auto status = check_edge_types(s.protocol, s.connect_type, kInfo.factory_name); !status)
       return status;
     auto output = s.protocol == EdgeProtocol::Local         ? open_local(s)
@@ -207,6 +208,8 @@ class Edgesink : public gst::Element<Edgesink, gst::BaseSink> {
   Ledger ledger_;
 
  private:
+  Settings read_settings() const { return read_addresses(Element::settings()); }
+
   static constexpr uint32_t kMaxReceivers = 32, kMaxPerAddress = 16;
   static constexpr uint64_t kMaxTimeout = 1'000'000'000'000;  // ms
 

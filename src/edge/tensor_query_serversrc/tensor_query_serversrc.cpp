@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <filesystem>
 
+#include "edge/addresses.hpp"
 #include "edge/edge_broker.hpp"
 #include "edge/query_server.hpp"
 #include "edge/query_server_registry.hpp"
@@ -136,7 +137,7 @@ class TensorQueryServersrc : public gst::Element<TensorQueryServersrc, gst::Push
   }
 
   Status start() {
-    const Settings s = settings();
+    const Settings s = read_settings();
     if (auto status = check_protocol(s.protocol, s.connect_type, kInfo.factory_name); !status)
       return status;
     auto server = open_server(s);
@@ -261,6 +262,8 @@ class TensorQueryServersrc : public gst::Element<TensorQueryServersrc, gst::Push
   BufferLimit buffer_limit_{kInfo.factory_name};
 
  private:
+  Settings read_settings() const { return read_addresses(Element::settings()); }
+
   GstBaseSrc* base() const { return GST_BASE_SRC(self()); }
   GstPad* pad() const { return GST_BASE_SRC_PAD(self()); }
 
@@ -293,7 +296,7 @@ class TensorQueryServersrc : public gst::Element<TensorQueryServersrc, gst::Push
   }
   // Lets the broker keep the address while clients are accepted.
   Status announce() {
-    const Settings s = settings();
+    const Settings s = read_settings();
     if (s.connect_type != QueryConnectType::Hybrid) return ok();
     const EdgeBroker broker{.host = s.dest_host,
                             .port = s.dest_port,
