@@ -20,19 +20,26 @@ struct BrokerSettings : BrokerLogin {
   bool is_v5() const { return protocol == 5; }
 };
 
+// Programs write the properties that NNStreamer has in any state; those of the connection count
+// when it is opened again.
+inline constexpr auto kAtTheNextStart = gst::Changeable::WhilePlaying;
 inline constexpr auto kBrokerProperties = std::tuple_cat(
     kBrokerLoginProperties,
     std::tuple{
-        gst::Property{"debug", &BrokerSettings::debug, "Accepted for compatibility; has no effect"},
+        gst::Property{"debug", &BrokerSettings::debug, "Accepted for compatibility; has no effect",
+                      kAtTheNextStart},
         gst::Property{"client-id", &BrokerSettings::client_id,
-                      "Client identifier; default: HOST_PID_sinkN or HOST_PID_srcN"},
-        gst::Property{"host", &BrokerSettings::host, "Host name or address of the broker"},
-        gst::Property{"port", &BrokerSettings::port, "Port of the broker"},
+                      "Client identifier; default: HOST_PID_sinkN or HOST_PID_srcN",
+                      kAtTheNextStart},
+        gst::Property{"host", &BrokerSettings::host, "Host name or address of the broker",
+                      kAtTheNextStart},
+        gst::Property{"port", &BrokerSettings::port, "Port of the broker", kAtTheNextStart},
         gst::Property{"cleansession", &BrokerSettings::cleansession,
-                      "Whether the broker deletes the client's state when the connection ends"},
+                      "Whether the broker deletes the client's state when the connection ends",
+                      kAtTheNextStart},
         gst::Property{"keep-alive-interval", &BrokerSettings::keep_alive_interval,
                       "Seconds without a message after which the connection is checked",
-                      gst::Changeable::InReady, 1, 65535},
+                      kAtTheNextStart, 1, 65535},
         gst::Property{
             "protocol", &BrokerSettings::protocol,
             "4 = MQTT 3.1.1 with NNStreamer's header of 1024 bytes, 5 = MQTT 5 with caps and "

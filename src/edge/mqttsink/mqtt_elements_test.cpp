@@ -55,6 +55,49 @@ TEST_F(MqttElements, ReadsTheMessageOfThePage) {
   EXPECT_EQ(p.stat("source", "dropped-time"), 2u);
 }
 
+TEST_F(MqttElements, KeepsStoredMessagesOnRequest) {
+  PlayedPipeline p(source("sub-topic=t num-buffers=2 keep-stored=true") +
+                   " ! tensor_sink name=out async=false");
+  p.watch("out");
+  ASSERT_TRUE(p.reaches(GST_STATE_PLAYING));
+  const auto peer = client();
+  const int64_t soon = transport::unix_time() + 1'000'000'000;
+  publish(*peer, message_of_page(kMqttCaps, 1, 2, 0));  // sent long before the pipeline began
+  publish(*peer, message_of_page(kMqttCaps, soon, soon, 5'000'000'000));
+  EXPECT_EQ(p.outcome(), "");
+  EXPECT_EQ(p.seen<uint8_t>("out").size(), 2u);
+  EXPECT_EQ(p.stat("source", "dropped-time"), 0u);
+}
+
+// Programs of NNStreamer write each property in any state.
+TEST_F(MqttElements, TakesPropertiesWhileItPlaysForTheNextStart) {
+  const auto peer = client();
+  ASSERT_TRUE(peer->subscribe("t", 1));
+  PlayedPipeline p(frames(-1) + sink("pub-topic=t mqtt-qos=1 protocol=5"));
+  const auto element = p.find("sink");
+  ASSERT_TRUE(p.reaches(GST_STATE_PLAYING));
+  ASSERT_TRUE(peer->receive(30s));
+  g_object_set(element.get(), "host", "other", "client-id", "me", "pub-topic", "u", "mqtt-qos", 2,
+               nullptr);
+  gchar *host = nullptr, *topic = nullptr;
+  g_object_get(element.get(), "host", &host, "pub-topic", &topic, nullptr);
+  EXPECT_STREQ(gst::UniqueText(host).get(), "other");
+  EXPECT_STREQ(gst::UniqueText(topic).get(), "u");
+  ASSERT_TRUE(peer->receive(30s)) << "the connection is as before";
+  g_object_set(element.get(), "num-buffers", 1, nullptr);  // fewer than were sent
+  EXPECT_EQ(p.outcome(), "");
+}
+
+TEST_F(MqttElements, TakesHostsWithAScheme) {
+  const auto peer = client();
+  ASSERT_TRUE(peer->subscribe("t", 1));
+  for (const char* host : {"tcp://127.0.0.1", "mqtt://127.0.0.1"}) {
+    PlayedPipeline p(frames(1) + sink(std::string("pub-topic=t mqtt-qos=1 host=") + host));
+    EXPECT_EQ(p.plays_to_its_end(), "") << host;
+    EXPECT_TRUE(peer->receive(30s)) << host;
+  }
+}
+
 TEST_F(MqttElements, SendsCapsAndTimesAsPropertiesOfMqtt5) {
   const auto peer = client();
   ASSERT_TRUE(peer->subscribe("t", 1));

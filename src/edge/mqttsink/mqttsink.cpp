@@ -70,29 +70,34 @@ class MqttSink : public MqttElement<MqttSink, gst::BaseSink> {
       kBrokerProperties,
       std::tuple{
           gst::Property{"pub-topic", &Settings::pub_topic,
-                        "Topic to publish to; default: client-id/topic"},
+                        "Topic to publish to; default: client-id/topic", kAtTheNextStart},
           gst::Property{"pub-wait-timeout", &Settings::pub_wait_timeout,
                         "Maximum time in seconds until the broker accepts a message; after that "
                         "the message is dropped",
-                        gst::Changeable::InReady, uint64_t{1}, UINT64_MAX},
+                        kAtTheNextStart, uint64_t{1}, UINT64_MAX},
           gst::Property{"num-buffers", &Settings::num_buffers,
                         "Number of buffers to publish before EOS; -1 = no limit",
-                        gst::Changeable::InReady, -1, INT32_MAX},
+                        gst::Changeable::WhilePlaying, -1, INT32_MAX},
           gst::Property{"max-buffer-size", &Settings::max_buffer_size,
-                        "Largest buffer in bytes; a larger one is an error; 0 = no limit"},
+                        "Largest buffer in bytes; a larger one is an error; 0 = no limit",
+                        kAtTheNextStart},
           gst::Property{
               "mqtt-qos", &Settings::mqtt_qos,
               "Quality of service of MQTT: 0 = at most once, 1 = at least once, 2 = exactly once",
-              gst::Changeable::InReady, 0, 2},
+              kAtTheNextStart, 0, 2},
           gst::Property{"ntp-sync", &Settings::ntp_sync,
-                        "Send the time of the servers in ntp-srvs instead of this machine's"},
+                        "Send the time of the servers in ntp-srvs instead of this machine's",
+                        kAtTheNextStart},
           gst::Property{"ntp-srvs", &Settings::ntp_srvs,
-                        "NTP servers for ntp-sync: host:port,host:port"},
+                        "NTP servers for ntp-sync: host:port,host:port", kAtTheNextStart},
           gst::Property{
               "response-topic", &Settings::response_topic,
               "Topic for answers (protocol=5); each message has its number as correlation data"}});
 
   void constructed() { gst_base_sink_set_sync(GST_BASE_SINK(self()), FALSE); }
+  void property_changed(const char* name) {
+    if (std::string_view(name) == "num-buffers") num_buffers_ = settings().num_buffers;
+  }
 
   Status start() {
     if (settings().client_id.empty())
@@ -143,7 +148,8 @@ class MqttSink : public MqttElement<MqttSink, gst::BaseSink> {
 
   GstFlowReturn render(GstBuffer* buffer) {
     ledger_.received();
-    if (active_.num_buffers >= 0 && sequence_ >= static_cast<uint64_t>(active_.num_buffers)) {
+    const int limit = num_buffers_;  // may change while the stream runs
+    if (limit >= 0 && sequence_ >= static_cast<uint64_t>(limit)) {
       ledger_.dropped(DropReason::Eos);
       return GST_FLOW_EOS;
     }
@@ -172,8 +178,7 @@ class MqttSink : public MqttElement<MqttSink, gst::BaseSink> {
       gst::post_error(element(), status.error());
       return GST_FLOW_ERROR;
     }
-    const bool last =
-        active_.num_buffers > 0 && sequence_ == static_cast<uint64_t>(active_.num_buffers);
+    const bool last = limit > 0 && sequence_ == static_cast<uint64_t>(limit);
     return last ? GST_FLOW_EOS : GST_FLOW_OK;
   }
 
@@ -303,6 +308,7 @@ class MqttSink : public MqttElement<MqttSink, gst::BaseSink> {
   }
 
   Settings active_;  // set in start(); streaming thread
+  std::atomic<int> num_buffers_{Settings().num_buffers};
   gst::PlayingGate gate_;
   std::string caps_, media_type_;
   std::vector<std::byte> payload_;

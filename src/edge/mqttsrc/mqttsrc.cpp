@@ -52,21 +52,27 @@ class MqttSrc : public MqttElement<MqttSrc, gst::PushSource> {
     std::optional<std::string> sub_topic;
     int64_t sub_timeout = 10'000'000;
     int mqtt_qos = 2;
-    bool is_live = true;
+    bool is_live = true, keep_stored = false;
   };
   static constexpr auto kProperties = std::tuple_cat(
       kBrokerProperties,
       std::tuple{
           gst::Property{"sub-topic", &Settings::sub_topic,
-                        "Topic to subscribe to; may contain the wildcards + and #"},
+                        "Topic to subscribe to; may contain the wildcards + and #",
+                        kAtTheNextStart},
           gst::Property{"sub-timeout", &Settings::sub_timeout,
                         "Microseconds without a message after which the stream fails",
-                        gst::Changeable::InReady, int64_t{1'000'000}, INT64_MAX},
+                        kAtTheNextStart, int64_t{1'000'000}, INT64_MAX},
           gst::Property{
               "mqtt-qos", &Settings::mqtt_qos,
               "Quality of service of MQTT: 0 = at most once, 1 = at least once, 2 = exactly once",
-              gst::Changeable::InReady, 0, 2},
-          gst::Property{"is-live", &Settings::is_live, "Whether the source is live"}});
+              kAtTheNextStart, 0, 2},
+          gst::Property{"is-live", &Settings::is_live, "Whether the source is live",
+                        kAtTheNextStart},
+          gst::Property{"keep-stored", &Settings::keep_stored,
+                        "Push messages that were sent before this stream began, which the broker "
+                        "stored for a client with mqtt-qos=1 or 2 and cleansession=false, without "
+                        "timestamps; false = drop them"}});
 
   void constructed() {
     gst_base_src_set_live(base(), TRUE);
@@ -183,7 +189,7 @@ class MqttSrc : public MqttElement<MqttSrc, gst::PushSource> {
     count_gap(message.topic, *frame);
     const bool late = active_.is_v5() && active_.max_age > 0 &&
                       now - frame->sent_epoch > int64_t{active_.max_age} * 1'000'000;
-    if (late || !frame->on_time) {
+    if (late || !(frame->on_time || active_.keep_stored)) {
       ledger_.dropped(late ? DropReason::Late : DropReason::Time);
       GST_CAT_DEBUG_OBJECT(category(), self(), "a message of %s is dropped: %s",
                            quoted_text(message.topic).c_str(),
