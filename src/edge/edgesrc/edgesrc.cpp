@@ -8,6 +8,7 @@
 #include <optional>
 #include <string>
 
+#include "edge/addresses.hpp"
 #include "edge/broker_login.hpp"
 #include "edge/edge_broker.hpp"
 #include "edge/edge_connect_type.hpp"
@@ -117,7 +118,7 @@ class Edgesrc : public gst::Element<Edgesrc, gst::PushSource> {
   void constructed() { gst_base_src_set_format(base(), GST_FORMAT_TIME); }
 
   Status start() {
-    const Settings s = settings();
+    const Settings s = read_settings();
     if (auto status = check_edge_types(s.protocol, s.connect_type, kInfo.factory_name); !status)
       return status;
     warn_of_deprecated(s);
@@ -196,6 +197,8 @@ class Edgesrc : public gst::Element<Edgesrc, gst::PushSource> {
   Ledger ledger_;
 
  private:
+  Settings read_settings() const { return read_addresses(Element::settings()); }
+
   GstBaseSrc* base() const { return GST_BASE_SRC(self()); }
   GstPad* pad() const { return GST_BASE_SRC_PAD(self()); }
 
@@ -210,7 +213,7 @@ class Edgesrc : public gst::Element<Edgesrc, gst::PushSource> {
   }
 
   Status check_network(const std::string& host, uint32_t port) const {
-    const Settings s = settings();
+    const Settings s = read_settings();
     return check_plain_server(
         element(), {.host = host, .port = port, .insecure = s.insecure, .allow = s.allow});
   }
@@ -272,8 +275,11 @@ class Edgesrc : public gst::Element<Edgesrc, gst::PushSource> {
   }
 
   // Counts a server or a message that the stream goes on without. The first one is posted.
-  void refuse(const Error& error) {
+  void refuse(Error error) {
     ++refused_;
+    if (finder_ && error.fix.find("reconnect=true") != std::string::npos)
+      error.fix = "edgesink connect-type=HYBRID topic=" + settings().topic.value_or("") +
+                  ": when it plays, this edgesrc connects by itself";
     if (!std::exchange(has_warned_, true)) return gst::post_warning(element(), error);
     GST_CAT_WARNING_OBJECT(category(), element(), "%s", error.message().c_str());
   }
@@ -323,7 +329,7 @@ class Edgesrc : public gst::Element<Edgesrc, gst::PushSource> {
 
   // With `reconnect` it waits for the edgesink.
   Result<InputEvent> next() {
-    const Settings s = settings();
+    const Settings s = read_settings();
     for (;;) {
       auto event = receive(s);
       if (event) return event;
@@ -343,7 +349,7 @@ class Edgesrc : public gst::Element<Edgesrc, gst::PushSource> {
   }
 
   Error silent() const {
-    const Settings s = settings();
+    const Settings s = read_settings();
     return {.code = Code::SERVER_UNREACHABLE,
             .what = "the edgesink has not announced its caps for 10 seconds",
             .offered = s.dest_host + ":" + std::to_string(s.dest_port),
@@ -351,7 +357,7 @@ class Edgesrc : public gst::Element<Edgesrc, gst::PushSource> {
   }
 
   Error lost() const {
-    const Settings s = settings();
+    const Settings s = read_settings();
     const bool is_local = s.protocol == EdgeProtocol::Local;
     return {
         .code = Code::SERVER_UNREACHABLE,

@@ -128,7 +128,11 @@ TEST_P(QueryClientWithoutServer, WithReconnectGoesToTheNextOne) {
     handshake_and_echo_all(s);
   });
   const auto h = make_harness(client_of(server, "timeout=60000 reconnect=true"), four_bytes());
+  Errors errors(h);
   for (uint8_t i = 0; i < 8; ++i) ASSERT_EQ(push(h, i), GST_FLOW_OK);
+  const std::string warning = errors.next_warning();
+  EXPECT_SAYS(warning, "fix: tensor_query_serversrc port=" + std::to_string(server.port()));
+  EXPECT_EQ(warning.find("reconnect=true"), std::string::npos) << warning;
   for (const uint8_t i : {0, 2, 4, 6, 7}) expect_response(h, i);
   EXPECT_EQ(client_stat(h, "reconnections"), 3u);
   EXPECT_EQ(client_stat(h, says_so ? "refused" : "lost"), 3u);
@@ -162,7 +166,8 @@ TEST(QueryClientFaults, WithReconnectItWaitsForAServerThatComesLater) {
     port = server.port();
   }
   const auto h = make_harness(
-      "tensor_query_client port=0 reconnect=true timeout=60000 dest-port=" + std::to_string(port),
+      "tensor_query_client port=0 reconnect=true timeout=60000 dest-host=tcp://localhost:" +
+          std::to_string(port),
       four_bytes());
   ASSERT_EQ(push(h, 1), GST_FLOW_OK);
   EXPECT_EQ(client_stat(h, "dropped-lost"), 1u);

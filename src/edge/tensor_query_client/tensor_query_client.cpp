@@ -10,6 +10,7 @@
 
 #include "core/wire/edge_capability.hpp"
 #include "core/wire/peer_error.hpp"
+#include "edge/addresses.hpp"
 #include "edge/broker_login.hpp"
 #include "edge/edge_broker.hpp"
 #include "edge/serversrc_settings.hpp"
@@ -190,6 +191,7 @@ class TensorQueryClient : public gst::PlainFilter<TensorQueryClient> {
     }
     if (!exchange_.has_room(s.max_request)) {
       ledger_.dropped(DropReason::Policy);
+      if (begins_outage()) gst::post_warning(element(), no_room());
       return GST_FLOW_OK;
     }
     const auto sent =
@@ -249,8 +251,11 @@ class TensorQueryClient : public gst::PlainFilter<TensorQueryClient> {
   Settings settings_;
 
  private:
+  Settings read_settings() const { return read_addresses(PlainFilter::settings()); }
+
   // The place of a request is freed after this time if `timeout` does not say.
   static constexpr milliseconds kMaxResponseTime{30'000};
+  static constexpr milliseconds kQuiet{2000};  // without a loss: an outage is over
   static constexpr milliseconds kFirstRetry{100}, kLastRetry{1000}, kHandshake{10'000},
       kRetryHandshake{2000}, kServerTime{1000};
 
@@ -273,10 +278,12 @@ class TensorQueryClient : public gst::PlainFilter<TensorQueryClient> {
   }
 
   Status start() {
-    const Settings s = settings();
+    const Settings s = read_settings();
     outcomes_.reset();
     reconnections_ = 0;
-    was_connected_ = has_warned_ = false;
+    was_connected_ = false;
+    has_answered_ = true;
+    last_loss_ = {};
     retry_ = kFirstRetry;
     next_try_ = {};
     server_ = {{}, {s.dest_host, static_cast<uint16_t>(s.dest_port)}, 0};
@@ -292,7 +299,7 @@ class TensorQueryClient : public gst::PlainFilter<TensorQueryClient> {
   }
 
   Status check_server(const std::string& host, uint32_t port) const {
-    const Settings s = settings();
+    const Settings s = read_settings();
     return check_plain_server(
         element(), {.host = host, .port = port, .insecure = s.insecure, .allow = s.allow});
   }
@@ -323,7 +330,7 @@ class TensorQueryClient : public gst::PlainFilter<TensorQueryClient> {
       auto status = connect_to_announced();
       if (status || is_of_this_element(status.error().code)) return status;
       finder_->failed(server_);
-      gst::post_warning(element(), status.error());
+      gst::post_warning(element(), while_reconnecting(status.error()));
       if (!was_connected_ && status.error().code == Code::SPEC_MISMATCH)
         mismatch = std::move(status);
     }
@@ -340,7 +347,7 @@ class TensorQueryClient : public gst::PlainFilter<TensorQueryClient> {
 
   // Connects to `server_`.
   Status connect_to_server(milliseconds time) {
-    const Settings s = settings();
+    const Settings s = read_settings();
     auto link = edge::QueryLink::connect({.host = s.host,
                                           .port = s.port,
                                           .server_host = server_.address.host,
@@ -386,7 +393,7 @@ class TensorQueryClient : public gst::PlainFilter<TensorQueryClient> {
     const bool may_come = code == Code::SERVER_UNREACHABLE || code == Code::SERVER_REFUSED ||
                           code == Code::PEER_MESSAGE_INVALID;
     if (!may_come || !outlives_servers()) return status;
-    if (retry_ == kFirstRetry) gst::post_warning(element(), status.error());
+    if (retry_ == kFirstRetry) gst::post_warning(element(), while_reconnecting(status.error()));
     next_try_ = steady_clock::now() + retry_;
     retry_ = std::min(2 * retry_, kLastRetry);
     return ok();
@@ -406,6 +413,7 @@ class TensorQueryClient : public gst::PlainFilter<TensorQueryClient> {
       auto event = exchange_.next(wait, settings().max_request);
       if (!event) return disconnected(event.error());
       if (!event->end) {
+        has_answered_ = true;
         const auto flow = gst_pad_push(source_, event->response.release());
         if (flow != GST_FLOW_OK) return flow;
         continue;
@@ -430,11 +438,43 @@ class TensorQueryClient : public gst::PlainFilter<TensorQueryClient> {
     exchange_.close(DropReason::Lost);
     if (finder_) finder_->failed(server_);
     if (!outlives_servers() && !is_ending_) return post(error);
-    gst::post_warning(element(), error);
+    gst::post_warning(element(), while_reconnecting(error));
     return GST_FLOW_OK;
   }
 
-  // Only a new connection makes clear which response is whose. The first time is posted.
+  // Called for each frame that is lost: whether a warning is due, one for each outage. An outage
+  // ends when the server has answered and nothing was lost for a while.
+  bool begins_outage() {
+    const auto now = steady_clock::now();
+    const bool is_new = has_answered_ && now - last_loss_ > kQuiet;
+    last_loss_ = now;
+    has_answered_ = false;
+    return is_new;
+  }
+
+  Error no_room() const {
+    return Error{
+        .code = Code::SERVER_UNREACHABLE,
+        .what = "the query server does not answer in time: frames are dropped",
+        .offered = server_.address.to_string() +
+                   ", frames that wait for an answer: " + std::to_string(exchange_.waiting()),
+        .needed = "a server that answers as fast as frames come; max-request is " +
+                  std::to_string(settings().max_request),
+        .fix =
+            "tensor_rate framerate=5/1 ! tensor_query_client for a server that is slow; start "
+            "one that does not answer at all again"};
+  }
+
+  // The error for a user who need not set `reconnect` any more.
+  Error while_reconnecting(Error error) const {
+    if (outlives_servers() && error.fix.find("reconnect=true") != std::string::npos)
+      error.fix = "tensor_query_serversrc port=" + std::to_string(server_.address.port) +
+                  " ! ... ! tensor_query_serversink at " + server_.address.host +
+                  ": when it plays, this client connects by itself";
+    return error;
+  }
+
+  // Only a new connection makes clear which response is whose.
   void responses_are_missing() {
     exchange_.close(DropReason::Late);
     if (finder_) finder_->failed(server_);
@@ -445,7 +485,7 @@ class TensorQueryClient : public gst::PlainFilter<TensorQueryClient> {
             server_.address.to_string() + ", timeout=" + std::to_string(settings().timeout) + " ms",
         .needed = "a timeout longer than the time that the server needs",
         .fix = "tensor_query_client timeout=1000, or timeout=0, which does not wait for answers"};
-    if (!std::exchange(has_warned_, true)) return gst::post_warning(element(), error);
+    if (begins_outage()) return gst::post_warning(element(), error);
     GST_CAT_WARNING_OBJECT(category(), element(), "%s", error.message().c_str());
   }
 
@@ -479,7 +519,9 @@ class TensorQueryClient : public gst::PlainFilter<TensorQueryClient> {
   std::unique_ptr<transport::ServerFinder> finder_;  // connect-type=HYBRID
   transport::ServerFinder::Server server_{};         // the last one that was tried
   gst::EarlyEvents early_;                           // until there are caps to send
-  bool was_connected_ = false, is_ending_ = false, has_warned_ = false;
+  bool was_connected_ = false, is_ending_ = false;
+  bool has_answered_ = true;  // since last_loss_
+  steady_clock::time_point last_loss_;
   milliseconds retry_ = kFirstRetry;
   steady_clock::time_point next_try_;
 };

@@ -70,7 +70,14 @@ TEST(TensorQueryClient, MoreThanMaxRequestFramesAreDropped) {
     s.ignore_all();
   });
   const auto h = make_harness(client_of(server, "max-request=2"), four_bytes());
+  Errors errors(h);
   for (uint8_t i = 0; i < 10; ++i) ASSERT_EQ(push(h, i), GST_FLOW_OK);
+  const std::string warning = errors.next_warning();
+  EXPECT_SAYS(warning, "the query server does not answer in time: frames are dropped");
+  EXPECT_SAYS(warning,
+              "localhost:" + std::to_string(server.port()) + ", frames that wait for an answer: 3");
+  EXPECT_SAYS(warning, "max-request is 2");
+  EXPECT_EQ(errors.next_warning(), "") << "one for each outage";
   EXPECT_EQ(client_stat(h, "sent"), 3u);
   EXPECT_EQ(client_stat(h, "dropped-policy"), 7u);
   g_object_set(find_element(h, kClient).get(), "max-request", 0, nullptr);  // no limit
