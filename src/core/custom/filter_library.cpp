@@ -24,7 +24,6 @@ namespace weir::custom {
 namespace {
 
 namespace fs = std::filesystem;
-using infer::module_refused;
 using infer::ModuleTables;
 
 struct Libraries {
@@ -129,11 +128,7 @@ Result<std::shared_ptr<const ModuleTables>> open_filter_library(const std::strin
   const std::string file = fs::absolute(path, ignored).string();  // dlopen searches for bare names
   // Without the lock: a constructor in the file may open other files.
   void* handle = dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL);
-  if (!handle) {
-    const char* reason = dlerror();
-    return module_refused(path, reason ? reason : "dlopen failed",
-                          "a shared object for this machine");
-  }
+  if (!handle) return infer::module_not_loaded(path, dlerror());
   auto& all = libraries();
   {
     std::lock_guard lock(all.mutex);

@@ -20,7 +20,6 @@ namespace weir::subplugin {
 namespace {
 
 namespace fs = std::filesystem;
-using infer::module_refused;
 
 config::FolderKind folder_kind(Kind kind) {
   switch (kind) {
@@ -99,7 +98,7 @@ Result<const void*> load(Kind kind, std::string_view name, const std::string& fi
   if (auto status = load_library(); !status) return status.error();
   const Table::Recording recording(table());
   if (!dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL))
-    return module_refused(file, last_reason(), "a shared object for this machine");
+    return infer::module_not_loaded(file, dlerror());
   if (const void* found = table().find(kind, name)) return found;
   const std::string registered = recording.to_string();
   const bool was_rejected = registered.find("rejected") != std::string::npos;

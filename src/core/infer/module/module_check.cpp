@@ -3,6 +3,9 @@
 #include "core/infer/module/module_check.hpp"
 
 #include <cstddef>
+#include <string_view>
+
+#include "core/text/shell_quote.hpp"
 
 namespace weir::infer {
 namespace {
@@ -74,6 +77,20 @@ Error module_refused(const std::string& path, std::string offered, std::string n
                .offered = std::move(offered),
                .needed = std::move(needed),
                .fix = "build the module again with the headers of this version of Weir"};
+}
+
+Error module_not_loaded(const std::string& path, const char* reason) {
+  const std::string_view said = reason ? reason : "dlopen failed";
+  const size_t end = said.find(": cannot open shared object file");
+  const std::string_view library = said.substr(0, end);
+  if (end == std::string_view::npos || library == path)
+    return module_refused(path, std::string(said), "a shared object for this machine");
+  return Error{.code = Code::MODULE_REFUSED,
+               .what = "a library that " + path + " needs is missing",
+               .offered = std::string(said),
+               .needed = std::string(library) + ", in a folder that the loader searches",
+               .fix = "ldd " + shell_word(path) +
+                      " shows what is missing: install it, or export LD_LIBRARY_PATH=/its/folder"};
 }
 
 Status check_module(const weir_module* module, const std::string& path) {

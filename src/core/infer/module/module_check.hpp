@@ -10,6 +10,8 @@ namespace weir::infer {
 
 // MODULE_REFUSED with `path`, the actual and the required property.
 Error module_refused(const std::string& path, std::string offered, std::string needed);
+// The error of dlopen() for this file; `reason`: what dlerror() returned, may be null.
+Error module_not_loaded(const std::string& path, const char* reason);
 
 // Checks the tables of a module: versions, sizes, names and required functions.
 Status check_module(const weir_module* module, const std::string& path);

@@ -53,6 +53,13 @@ Error not_installed(const KnownEngine& known, std::string_view word, std::string
   return out;
 }
 
+// Where sub-plugins of NNStreamer are searched for.
+std::string sub_plugin_folders() {
+  const auto configuration = nnstreamer_configuration();
+  return join(configuration.folders(config::FolderKind::Filters), " or ",
+              [](const auto& folder) { return folder.path; });
+}
+
 // The error for a name that no table has: it is misspelt, or its module is in a folder that is not
 // searched.
 Error unknown_engine(std::string_view word, const std::vector<std::string>& available) {
@@ -70,7 +77,8 @@ Error unknown_engine(std::string_view word, const std::vector<std::string>& avai
             .fix = close.empty() ? "" : "framework=" + close};
   if (!is_plain(word)) return out;
   out.needed += "; or the file " + file_name("engine", std::string(word)) +
-                " in a folder that WEIR_MODULE_PATH lists";
+                " in a folder that WEIR_MODULE_PATH lists, or NNStreamer's libnnstreamer_filter_" +
+                std::string(word) + ".so in " + sub_plugin_folders();
   if (close.empty()) out.fix = "export WEIR_MODULE_PATH=/folder/of/the/module";
   return out;
 }
@@ -174,11 +182,7 @@ Result<const weir_module*> ModuleLibrary::open(const std::string& kind, const st
     const auto known = opened_.find(path);
     if (known != opened_.end()) return &known->second->module();
     void* handle = dlopen(path.c_str(), RTLD_NOW | RTLD_LOCAL);
-    if (!handle) {
-      const char* reason = dlerror();
-      return module_refused(path, reason ? reason : "dlopen failed",
-                            "a shared object for this machine");
-    }
+    if (!handle) return module_not_loaded(path, dlerror());
     using Entry = const weir_module* (*)(const weir_host*);
     const auto entry = reinterpret_cast<Entry>(dlsym(handle, "weir_module_entry"));
     if (!entry) return module_refused(path, "no symbol weir_module_entry", "that symbol, exported");

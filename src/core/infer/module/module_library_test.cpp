@@ -151,6 +151,9 @@ TEST_F(ModuleLibraryTest, NamesEnginesOfNnstreamerThatWeirLacksAndWhatRunsInstea
 
 TEST_F(ModuleLibraryTest, SuggestsTheNearestName) {
   EXPECT_SAYS(refusal("onnxruntme", Code::ENGINE_UNKNOWN), "did you mean onnxruntime?");
+  EXPECT_SAYS(refusal("half", Code::ENGINE_UNKNOWN),
+              "the file libweir-engine-half.so in a folder that WEIR_MODULE_PATH lists, or "
+              "NNStreamer's libnnstreamer_filter_half.so in /");
   EXPECT_SAYS(refusal("fke", Code::ENGINE_UNKNOWN), "framework=fake");
 }
 
@@ -220,6 +223,11 @@ TEST_F(ModuleLibraryTest, SuggestsFilesAndNoFolders) {
   EXPECT_EQ(refused().find("fix:"), std::string::npos) << refused();
   std::ofstream(folder_ / "model1") << "x";
   EXPECT_SAYS(refused(), "did you mean model1?");
+  std::ofstream(folder_ / "libnnstreamer_customfilter_scaler.so") << "x";
+  const auto missing = library_.engine_for_model(
+      std::vector<std::string>{(folder_ / "libnnstreamer_customfilter_passthrough.so").string()});
+  EXPECT_EQ(missing.error().message().find("did you mean"), std::string::npos)
+      << "a common prefix is no likeness: " << missing.error().message();
   EXPECT_SAYS(refused(), "fix: model=" + (folder_ / "model1").string());
 }
 

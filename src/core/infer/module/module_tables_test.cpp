@@ -8,6 +8,7 @@
 
 #include <cstring>
 
+#include "core/infer/module/module_check.hpp"
 #include "says.hpp"
 
 namespace weir::infer {
@@ -63,6 +64,21 @@ weir_module module_of(const weir_engine* const* engines) {
   module.abi_major = WEIR_ABI_MAJOR;
   module.engines = engines;
   return module;
+}
+
+TEST(ModuleNotLoaded, NamesALibraryThatTheModuleNeeds) {
+  const auto error = module_not_loaded(
+      "/x/my filter.so", "libdep.so.1: cannot open shared object file: No such file or directory");
+  EXPECT_EQ(error.what, "a library that /x/my filter.so needs is missing");
+  EXPECT_EQ(error.needed, "libdep.so.1, in a folder that the loader searches");
+  EXPECT_EQ(error.fix,
+            "ldd '/x/my filter.so' shows what is missing: install it, or export "
+            "LD_LIBRARY_PATH=/its/folder");
+  EXPECT_EQ(module_not_loaded("/x/f.so", "/x/f.so: undefined symbol: dep").what,
+            "the module /x/f.so cannot be used");
+  EXPECT_EQ(module_not_loaded("/x/f.so", "/x/f.so: cannot open shared object file: No").what,
+            "the module /x/f.so cannot be used");
+  EXPECT_EQ(module_not_loaded("/x/f.so", nullptr).offered, "dlopen failed");
 }
 
 TEST(ModuleTables, OfAnOlderModuleEndInNulls) {
