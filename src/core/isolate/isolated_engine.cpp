@@ -66,7 +66,6 @@ class IsolatedSession {
   Result<int> invoke(const weir_frame& in, weir_frame& out);
 
  private:
-  static constexpr int kDropped = 1;
   template <class Call>
   Status with_worker(Call&& call);
   Result<int> lose_frame(const Error& error);
@@ -110,7 +109,7 @@ Error IsolatedSession::ended(Error error, const weir_frame* frame) {
 Result<int> IsolatedSession::lose_frame(const Error& error) {
   if (model_.isolation.on_crash == OnCrash::Error) return error;
   model_.isolation.monitor->add(&MonitorCounts::frames_lost);
-  return kDropped;
+  return kFrameLost;
 }
 
 template <class Call>

@@ -31,6 +31,12 @@ inline bool restarts(OnCrash on_crash) noexcept {
   return on_crash == OnCrash::Restart || on_crash == OnCrash::Wait;
 }
 
+// The fix of an error that ended a worker.
+inline constexpr const char* kRestartAndSave = "on-crash=restart crash-folder=/tmp";
+
+// The result of an invoke whose frame was dropped because no worker ran it to its end.
+inline constexpr int kFrameLost = 2;
+
 struct MonitorCounts {
   uint64_t ended = 0;  // workers that crashed, exited, violated the protocol or their memory limit
   uint64_t timed_out = 0;     // workers that were killed after a time-out

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 
+#include "core/isolate/isolation.hpp"
+
 namespace weir::isolate {
 namespace {
 
@@ -30,7 +32,10 @@ Status Worker::open(int cancel) {
   channel_ = Channel(process_->take_socket(), process_->descriptor(), settings_.stop, cancel);
   auto until = deadline(kOnce);
   const auto min = io::deadline_in(settings_.min_for_start);
-  if (until && (!min || *min > *until)) until = min;
+  if (until && (!min || *min > *until)) {
+    until = min;
+    limit_ = settings_.min_for_start;
+  }
   const auto passage = channel_.receive(until, &response_);
   if (passage == Passage::Cancelled) return lost(passage, "at its start");
   MessageReader hello(response_.body);
@@ -75,7 +80,8 @@ Worker::~Worker() {
   if (alive_ && process_) process_->wait(kToClose);
 }
 
-io::Deadline Worker::deadline(int times) const {
+io::Deadline Worker::deadline(int times) {
+  limit_ = settings_.timeout * times;
   if (settings_.timeout.count() <= 0) return std::nullopt;
   return io::deadline_in(settings_.timeout, times);
 }
@@ -97,11 +103,16 @@ Error Worker::lost(Passage passage, const std::string& doing) {
   alive_ = false;
   if (passage == Passage::TimedOut) {
     process_->kill();
+    const bool has_longer = limit_ > settings_.timeout;  // some calls have several times as long
+    const auto own = std::to_string(settings_.timeout.count());
     return Error{.code = Code::WORKER_TIMEOUT,
                  .what = "the model timed out " + doing,
-                 .offered = "isolate-timeout=" + std::to_string(settings_.timeout.count()) + " ms",
+                 .offered = has_longer ? "nothing within " + std::to_string(limit_.count()) +
+                                             " ms, with isolate-timeout=" + own + " ms"
+                                       : "isolate-timeout=" + own + " ms",
                  .needed = "a reply",
-                 .fix = "isolate-timeout=" + std::to_string(10 * settings_.timeout.count())};
+                 .fix = "isolate-timeout=" +
+                        std::to_string(std::max(10 * settings_.timeout, limit_).count())};
   }
   if (passage == Passage::Cancelled) {
     process_->kill();
@@ -117,7 +128,7 @@ Error Worker::lost(Passage passage, const std::string& doing) {
                .what = "the worker process of the model ended " + doing,
                .offered = end ? *end : "it closed its connection",
                .needed = "a model that does not crash" + limit,
-               .fix = "on-crash=restart crash-folder=/tmp"};
+               .fix = kRestartAndSave};
 }
 
 Error Worker::invalid_message(const std::string& doing, const std::string& how) {
@@ -127,7 +138,7 @@ Error Worker::invalid_message(const std::string& doing, const std::string& how) 
                .what = "the worker process of the model sent an invalid message " + doing,
                .offered = how,
                .needed = "a valid message: the module has corrupted the memory of its process",
-               .fix = "on-crash=restart crash-folder=/tmp"};
+               .fix = kRestartAndSave};
 }
 
 Status Worker::ask(Kind kind, const io::Deadline& until, const std::string& doing) {

@@ -58,7 +58,8 @@ class Worker {
   explicit Worker(const WorkerSettings& settings) : settings_(settings) {}
   Status open(int cancel);
   Error about_model(Error error) const;
-  io::Deadline deadline(int times) const;
+  // The end of a call that has `times` the time-out; sets limit_.
+  io::Deadline deadline(int times);
   // Sends the content of writer_ and waits for a reply of `kind`.
   Status ask(Kind kind, const io::Deadline& until, const std::string& doing);
   Error lost(Passage passage, const std::string& doing);
@@ -84,6 +85,7 @@ class Worker {
   std::shared_ptr<const WorkerModelInfo> facts_;
   weir_execution execution_{sizeof(weir_execution), 0, 0};
   Confinement confinement_;
+  std::chrono::milliseconds limit_{};  // of the present call
   bool alive_ = true;
   uint64_t invokes_ = 0;
   MessageWriter writer_;

@@ -132,7 +132,10 @@ TEST_F(WorkerEnd, AtTheStartIsAnErrorWhateverThePolicy) {
   EXPECT_SAYS(open_error("exit"), "exit(4)");
   isolation_.timeout = 1ms;
   isolation_.min_for_start = 2000ms;
-  EXPECT_SAYS(open_error("loop"), "timed out while it opened the model");
+  const std::string error = open_error("loop");
+  EXPECT_SAYS(error, "timed out while it opened the model");
+  EXPECT_SAYS(error, "offered: nothing within 2000 ms, with isolate-timeout=1 ms");
+  EXPECT_SAYS(error, "fix: isolate-timeout=2000");
   EXPECT_EQ(counts().restarted, 0u);
 }
 

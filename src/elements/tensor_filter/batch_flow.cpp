@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "core/infer/batch/batch_group.hpp"
+#include "core/isolate/isolation.hpp"
 #include "elements/tensor_filter/admission.hpp"
 #include "elements/tensor_filter/frame_flow.hpp"
 #include "elements/tensor_filter/model_report.hpp"
@@ -225,7 +226,7 @@ class BatchFlow final : public FrameFlow {
     last_run_ = run.number;
     ++runs_;
     frames_ += run.frames;
-    output_.statistics()->record(run.invoke);
+    if (run.end.reason != isolate::kFrameLost) output_.statistics()->record(run.invoke);
   }
   Delay delay() const override {
     const auto wait = static_cast<GstClockTime>(timeout_.count());

@@ -5,6 +5,7 @@
 #include <chrono>
 #include <mutex>
 
+#include "core/isolate/isolation.hpp"
 #include "elements/tensor_filter/admission.hpp"
 #include "elements/tensor_filter/model_report.hpp"
 
@@ -79,7 +80,8 @@ Result<bool> FrameInvoker::invoke(const infer::ModelLease::Frame& use) {
   auto kept = in_.plan()->rows.none()
                   ? use.session(session_).invoke(in_.frame(), out_.frame(), &end_)
                   : run_in_parts(use, &end_);
-  statistics_->record(std::chrono::steady_clock::now() - begin);
+  if (end_.reason != isolate::kFrameLost)
+    statistics_->record(std::chrono::steady_clock::now() - begin);
   return kept;
 }
 

@@ -112,12 +112,14 @@ TEST(TensorFilterIsolated, ContinuesAfterACrash) {
   const std::string warning = errors.next_warning();
   EXPECT_SAYS(warning, "WEIR-3014: the worker process of the model ended on invoke 2");
   EXPECT_SAYS(warning, "signal 11 (Segmentation fault)");
+  EXPECT_SAYS(warning, "fix: crash-folder=/tmp") << "on-crash=restart is set";
   ASSERT_TRUE(pushed_until_something_comes(h));
   EXPECT_EQ(get_stat(h, "worker-ended"), 1u);
   EXPECT_EQ(get_stat(h, "worker-restarts"), 1u);
   const uint64_t lost = get_stat(h, "worker-frames-lost");
   EXPECT_GE(lost, 1u);
   EXPECT_EQ(get_stat(h, "dropped-policy"), lost);
+  EXPECT_EQ(get_stat(h, "invokes"), get_stat(h, "consumed")) << "without the frames that were lost";
   EXPECT_EQ(get_stat(h, "received"), get_stat(h, "consumed") + lost);
   EXPECT_EQ(errors.next(), "") << "no error";
 }

@@ -169,7 +169,12 @@ std::shared_ptr<isolate::Monitor> make_monitor(const FilterSettings& settings,
   if (settings.isolate != IsolateChoice::Process) return nullptr;
   auto monitor = std::make_shared<isolate::Monitor>();
   if (settings.on_crash != isolate::OnCrash::Error)
-    monitor->listen([owner = std::make_shared<WeakElement>(element)](const Error& error) {
+    monitor->listen([owner = std::make_shared<WeakElement>(element),
+                     saves = !settings.crash_folder.empty(),
+                     restarts = isolate::restarts(settings.on_crash)](Error error) {
+      // What is set already is no advice.
+      if (restarts && error.fix == isolate::kRestartAndSave)
+        error.fix = saves ? "another model file, or another framework" : "crash-folder=/tmp";
       if (const auto there = owner->get()) gst::post_warning(there.get(), error);
     });
   return monitor;
