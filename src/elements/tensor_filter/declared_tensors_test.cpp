@@ -48,6 +48,21 @@ TEST(ReportedTensors, AreThoseThatTheUserSet) {
   EXPECT_EQ(text(filter.get(), "outputlayout"), "NHWC");
 }
 
+// docs/compatibility/filter.md 4.1.
+TEST(ReportedTensors, AreSpelledAsTheUserSpelledThem) {
+  const auto filter = lone_element("tensor_filter input=3:4,5:1:1 output=1001:1:1:1");
+  EXPECT_EQ(text(filter.get(), "inputranks"), "2,3");
+  EXPECT_EQ(text(filter.get(), "outputranks"), "4");
+  EXPECT_EQ(text(filter.get(), "inputname"), ",");
+  EXPECT_EQ(text(filter.get(), "inputlayout"), "ANY,ANY");
+  EXPECT_EQ(text(filter.get(), "outputname"), "");
+  AdderFiles files;
+  g_object_set(filter.get(), "framework", "adder", "model", files.model(1).c_str(), "input",
+               "4:1:1", "output", "", nullptr);
+  EXPECT_EQ(text(filter.get(), "inputranks"), "3");
+  EXPECT_EQ(text(filter.get(), "outputranks"), "2");
+}
+
 TEST(ReportedTensors, AreThoseOfTheNegotiatedStream) {
   AdderFiles files;
   const auto model = files.write("open.bin", "x");

@@ -10,6 +10,7 @@
 #include "core/card/find_card.hpp"
 #include "core/infer/module/module_library.hpp"
 #include "core/text/shell_quote.hpp"
+#include "core/text/text.hpp"
 #include "elements/tensor_filter/filter_properties.hpp"
 #include "elements/tensor_filter/model_config.hpp"
 #include "elements/tensor_filter/open_model.hpp"
@@ -27,6 +28,12 @@ bool same_model(const FilterSettings& a, const FilterSettings& b) {
     if (p.flags.reopens) same = same && a.*p.field == b.*p.field;
   });
   return same;
+}
+
+// The dimensions of each tensor as the user wrote them; none if the user did not.
+std::vector<std::string_view> spelled_dimensions(const FilterSettings& settings, bool inputs) {
+  const std::string& text = inputs ? settings.input : settings.output;
+  return strip(text).empty() ? std::vector<std::string_view>() : split(text, ",.");
 }
 
 // The counts that the engine has of its own.
@@ -137,6 +144,27 @@ std::vector<ModelTensor> ModelReport::tensors(const FilterSettings& settings, bo
   }
   if (!known) return {};
   return inputs ? known->inputs : known->outputs;
+}
+
+std::string ModelReport::names(const FilterSettings& settings, bool inputs) const {
+  const auto known = tensors(settings, inputs);
+  if (!known.empty()) return names_text(known);
+  const auto own = spelled_dimensions(settings, inputs);
+  return std::string(own.empty() ? 0 : own.size() - 1, ',');
+}
+
+std::string ModelReport::layouts(const FilterSettings& settings, bool inputs) const {
+  const auto own = spelled_dimensions(settings, inputs);
+  const size_t count = own.empty() ? tensors(settings, inputs).size() : own.size();
+  return layouts_text(std::vector<uint32_t>(count, WEIR_LAYOUT_ANY));
+}
+
+std::string ModelReport::ranks(const FilterSettings& settings, bool inputs) const {
+  const auto own = spelled_dimensions(settings, inputs);
+  if (own.empty()) return ranks_text(tensors(settings, inputs));
+  return join(own, ",", [](const std::string_view dimension) {
+    return std::to_string(1 + std::count(dimension.begin(), dimension.end(), ':'));
+  });
 }
 
 // The model is opened for this, once for the same settings. Null without a model, or if it cannot

@@ -31,14 +31,22 @@ class ModelReport {
     const FilterSettings s = current_settings();
     return (s.*Own).empty() ? Text(tensors(s, Input)) : s.*Own;
   }
+  // The properties of this name, as NNStreamer reads them: names are one comma less than tensors
+  // without names, layouts are ANY unless the user set them, ranks those of the dimensions as the
+  // user spelled them.
+  template <auto Own, bool Input>
+  std::string reported_names() const {
+    const FilterSettings s = current_settings();
+    return (s.*Own).empty() ? names(s, Input) : s.*Own;
+  }
   template <auto Own, bool Input>
   std::string reported_layouts() const {
     const FilterSettings s = current_settings();
-    return (s.*Own).empty() ? layouts_text(tensors(s, Input)) : layouts_text(s.*Own);
+    return (s.*Own).empty() ? layouts(s, Input) : layouts_text(s.*Own);
   }
   template <bool Input>
   std::string reported_ranks() const {
-    return ranks_text(tensors(current_settings(), Input));
+    return ranks(current_settings(), Input);
   }
   int latency() const;
   int throughput() const;
@@ -56,6 +64,9 @@ class ModelReport {
 
  private:
   std::vector<ModelTensor> tensors(const FilterSettings& settings, bool inputs) const;
+  std::string names(const FilterSettings& settings, bool inputs) const;
+  std::string layouts(const FilterSettings& settings, bool inputs) const;
+  std::string ranks(const FilterSettings& settings, bool inputs) const;
   std::shared_ptr<const ModelTensors> tensors_of_unopened(const FilterSettings& settings) const;
 
   mutable std::mutex mutex_;                    // guards stream_

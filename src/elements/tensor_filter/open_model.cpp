@@ -142,7 +142,11 @@ Result<std::unique_ptr<OpenModel>> OpenModel::open(const FilterSettings& s,
   auto tensors = opened->read_tensors(model, s);
   if (!tensors) return tensors.error();
   if (auto status = check_rows(model, opened->rows_); !status) return status.error();
-  auto description = describe_model(*std::move(tensors), s, warnings);
+  // NNStreamer's programs take a warning on the bus for a failure, and an unknown layout is none.
+  std::vector<Error> ignored;
+  auto description = describe_model(*std::move(tensors), s, &ignored);
+  for (const auto& setting : ignored)
+    infer::host().log(WEIR_LOG_WARNING, "filter", setting.message().c_str());
   if (!description) return description.error();
   opened->description_ = *std::move(description);
   if (opened->fallback_)

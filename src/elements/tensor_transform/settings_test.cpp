@@ -47,6 +47,33 @@ TEST(TensorTransformSettings, QueriesFollowTheOptionThatWasSetLast) {
     }
 }
 
+std::string option_of(GstElement* element) {
+  gchar* option = nullptr;
+  g_object_get(element, "option", &option, nullptr);
+  const weir::gst::UniqueText owned(option);
+  return option ? option : "NULL";
+}
+
+// docs/compatibility/programs.md 11.2.
+TEST(TensorTransformSettings, AnOptionThatDoesNotFitTheModeIsRefused) {
+  const auto element = lone_element("tensor_transform mode=dimchg");
+  Errors errors(element.get());
+  g_object_set(element.get(), "option", "20:21", nullptr);
+  EXPECT_EQ(option_of(element.get()), "NULL");
+  EXPECT_SAYS(errors.next_warning(), "20:21");
+  g_object_set(element.get(), "option", "0:2", nullptr);
+  g_object_set(element.get(), "option", "20:21", nullptr);
+  EXPECT_EQ(option_of(element.get()), "0:2") << "the one before";
+  const auto transpose = lone_element("tensor_transform mode=transpose option=0:3");
+  EXPECT_EQ(option_of(transpose.get()), "NULL") << "no permutation";
+  const auto early = lone_element("tensor_transform option=0:3 mode=transpose");
+  EXPECT_EQ(option_of(early.get()), "0:3") << "it was set before the mode";
+}
+
+TEST(TensorTransformSettings, ARefusedOptionIsReportedAtTheStart) {
+  EXPECT_SAYS(start_error("tensor_transform mode=dimchg option=20:21"), "20:21");
+}
+
 TEST(TensorTransformSettings, AnInvalidApplyIsReportedAtTheStart) {
   EXPECT_SAYS(start_error("tensor_transform mode=typecast option=uint8 apply=0,y"),
               "WEIR-1001: apply cannot be read\n  offered: 0,y");

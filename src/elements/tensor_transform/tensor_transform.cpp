@@ -80,8 +80,10 @@ class TensorTransform : public gst::CountedTransform<TensorTransform> {
     fused_frames_ = deferred_frames_ = pool_allocated_ = 0;
     counts_->divisions_by_zero = 0;
     waiting_ = false;
+    const Settings s = take_settings(&followed_);
+    if (is_set(s)) return load();
     // Both may be set as late as the first frame.
-    return is_set(take_settings(&followed_)) ? load() : ok();
+    return s.refused ? Status(*s.refused) : ok();
   }
 
   bool stop() {
@@ -91,7 +93,13 @@ class TensorTransform : public gst::CountedTransform<TensorTransform> {
     return true;
   }
 
-  void property_changed(const char*) {
+  void property_changed(const char* name) {
+    // While frames flow, an option may be set before its mode.
+    if (std::strcmp(name, "option") == 0 && GST_STATE(element()) < GST_STATE_PAUSED) {
+      Status taken = ok();
+      change_settings([&](Settings& s) { taken = refuse_unfit_option(&s); });
+      if (!taken) gst::post_warning(element(), taken.error());
+    }
     options_.reset();
   }
   Status check_change(const char* name, const Settings& wanted) const {

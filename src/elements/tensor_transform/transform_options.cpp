@@ -45,6 +45,18 @@ Result<TransformOptions> parse_options(const TransformSettings& s) {
   return TransformOptions{s, *std::move(operation), *std::move(choice)};
 }
 
+Status refuse_unfit_option(TransformSettings* settings) {
+  settings->refused.reset();
+  if (is_set(*settings))
+    if (const auto operation = transform::parse(settings->mode, *settings->option); !operation) {
+      settings->refused = operation.error();
+      settings->option = settings->option_taken;
+      return operation.error();
+    }
+  settings->option_taken = settings->option;
+  return ok();
+}
+
 Status check_option_change(const char* name, const TransformSettings& wanted) {
   const auto options = parse_options(wanted);
   if (options || !is_set(wanted) || std::strcmp(name, "mode") == 0) return ok();

@@ -14,6 +14,8 @@ struct TransformSettings {
   bool silent = true;
   transform::Mode mode = transform::Mode::Unknown;
   std::optional<std::string> option;
+  std::optional<std::string> option_taken;  // the last one that was not refused
+  std::optional<Error> refused;             // set if the last one was
   bool acceleration = true;
   std::string apply;
 };
@@ -31,6 +33,10 @@ struct TransformOptions {
 
 // Errors: OPTION_SYNTAX when mode or option is not set, or the parser's error.
 Result<TransformOptions> parse_options(const TransformSettings& settings);
+
+// Refuses an option that does not fit the mode, and keeps the one before. An option that is set
+// before the mode is taken as it is.
+Status refuse_unfit_option(TransformSettings* settings);
 
 // Whether the property `name` may change to its value in `wanted`. Mode and option are set one
 // after the other: only values that fit no mode are rejected.
