@@ -2,9 +2,12 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <optional>
+#include <string_view>
+#include <utility>
 
 #include "gstcpp/element/base_classes.hpp"
 #include "net-elements/grpc_settings.hpp"
+#include "transport/host_text.hpp"
 
 namespace weir {
 
@@ -22,6 +25,24 @@ class GrpcElement : public gst::Element<Impl, Base> {
     std::lock_guard lock(frames_mutex_);
     if (frames_) frames_->resume();
     return TRUE;
+  }
+
+  // A text that cannot be a host is not taken, as in NNStreamer.
+  void property_changed(const char* name) {
+    if (std::string_view(name) != "host") return;
+    std::optional<std::string> refused;
+    this->change_settings([&](auto& s) {
+      if (transport::may_be_host(s.host))
+        s.host_taken = s.host;
+      else
+        refused = std::exchange(s.host, s.host_taken);
+    });
+    if (refused)
+      gst::post_warning(this->element(), Error{.code = Code::OPTION_VALUE,
+                                               .what = "host cannot be a host name or an address",
+                                               .offered = "\"" + *refused + "\"",
+                                               .needed = "a text without blanks",
+                                               .fix = "host=localhost"});
   }
 
   Ledger ledger_;

@@ -18,6 +18,7 @@ struct GrpcSettings {
   bool blocking = true;
   std::string idl = "protobuf";
   std::string host = "localhost";
+  std::string host_taken = host;  // the last one that was not refused
   int port = 55115;
   uint32_t queue = 16;
   uint64_t max_message = uint64_t{64} << 20;

@@ -28,6 +28,22 @@ std::string free_port() {
   return get_port(served_source(), kSource);
 }
 
+// docs/compatibility/programs.md 11.2.
+TEST(GrpcHost, KeepsTheOneBeforeATextThatIsNone) {
+  for (const char* factory : {kSink, kSource}) {
+    const auto element = lone_element(factory);
+    Errors errors(element.get());
+    for (const auto& [text, taken] :
+         {std::pair{"invalid host", "localhost"}, {"box.lan", "box.lan"}, {"a b", "box.lan"}}) {
+      g_object_set(element.get(), "host", text, nullptr);
+      gchar* host = nullptr;
+      g_object_get(element.get(), "host", &host, nullptr);
+      EXPECT_STREQ(gst::UniqueText(host).get(), taken) << factory;
+    }
+    EXPECT_SAYS(errors.next_warning(), "host cannot be a host name or an address");
+  }
+}
+
 class TensorSinkGrpc : public ::testing::TestWithParam<const char*> {
  protected:
   const std::string idl_ = std::string(" idl=") + GetParam();
