@@ -18,6 +18,8 @@ class PipelinePart : public Object {
   PipelinePart(std::weak_ptr<Pipeline> pipeline, std::string name)
       : pipeline_(std::move(pipeline)), name_(std::move(name)) {}
   const std::string& name() const noexcept { return name_; }
+  // Called when the handle is released, which destroys this object only if no call uses it.
+  virtual void close() {}
   Result<Pipeline::Use> use() const {
     if (const auto pipeline = pipeline_.lock()) return pipeline->use();
     return Error{.code = Code::OPTION_VALUE, .what = "the pipeline of this handle was destroyed"};
@@ -58,7 +60,9 @@ template <class Part>
 int release_part(void* handle, const char* what) {
   return guarded([&] {
     const auto taken = Handles::all().take<Part>(handle, what);
-    return taken ? static_cast<int>(ML_ERROR_NONE) : fail(taken.error());
+    if (!taken) return fail(taken.error());
+    (*taken)->close();
+    return static_cast<int>(ML_ERROR_NONE);
   });
 }
 

@@ -1,6 +1,9 @@
 // ml_pipeline_src_*.
 // SPDX-License-Identifier: LGPL-2.1-or-later
+#include <gst/gst.h>
+
 #include <algorithm>
+#include <utility>
 
 #include "pipeline_part.hpp"
 #include "tensors_data.hpp"
@@ -14,21 +17,30 @@ class Source : public PipelinePart {
  public:
   static constexpr const char* kKind = "source";
   using PipelinePart::PipelinePart;
-  ~Source() override {
-    if (events_) events_->close();
-  }
   const char* kind() const noexcept override { return kKind; }
-  void set_events(const ml_pipeline_src_callbacks_s& functions, ml_pipeline_src_h handle,
+  // Returns false if the handle was released meanwhile.
+  bool set_events(const ml_pipeline_src_callbacks_s& functions, ml_pipeline_src_h handle,
                   void* data, Pipeline& pipeline) {
     std::lock_guard lock(mutex_);
+    if (is_closed_) return false;
     const bool is_new = !events_;
     if (is_new) events_ = std::make_shared<SourceEvents>(name(), &pipeline);
     events_->set(functions, handle, data);
     if (is_new) pipeline.connect_events(events_);
+    return true;
+  }
+  // Waits for functions on other threads. Calls may still use this object.
+  void close() override {
+    std::unique_lock lock(mutex_);
+    is_closed_ = true;
+    const auto events = std::move(events_);
+    lock.unlock();
+    if (events) events->close();
   }
 
  private:
   std::mutex mutex_;  // guards the rest
+  bool is_closed_ = false;
   std::shared_ptr<SourceEvents> events_;
 };
 
@@ -52,8 +64,28 @@ int with_source(ml_pipeline_src_h handle, Body&& body) {
   });
 }
 
+// Whether the pad has caps or can get some from the elements after it.
+bool has_caps(const Pipeline::Use& pipeline, const std::string& name) {
+  const ElementRef element(weir_pipeline_get_element(pipeline.get(), name.c_str()));
+  if (!element) return true;  // the pipeline is being flushed; the next call returns its error
+  GstPad* const pad = gst_element_get_static_pad(element.get(), "src");
+  GstCaps* caps = gst_pad_get_current_caps(pad);
+  if (!caps) caps = gst_pad_get_allowed_caps(pad);
+  const bool out = caps && !gst_caps_is_empty(caps);
+  if (caps) gst_caps_unref(caps);
+  gst_object_unref(pad);
+  return out;
+}
+
+// The descriptions of the tensors that an appsrc needs; none if it leaves a choice.
 Result<std::vector<weir_tensor_info>> needed_infos(const Pipeline::Use& pipeline,
                                                    const std::string& name) {
+  if (!has_caps(pipeline, name))
+    return Error{.code = Code::CANCELLED,
+                 .what = "the appsrc " + name + " has no caps",
+                 .offered = "an appsrc without an element that takes its frames",
+                 .needed = "an element after it",
+                 .fix = "appsrc name=" + name + " ! tensor_sink"};
   std::vector<weir_tensor_info> infos(ML_TENSOR_SIZE_LIMIT);
   CError error;
   const int count = weir_pipeline_source_tensors(pipeline.get(), name.c_str(), infos.data(),
@@ -112,7 +144,7 @@ int ml_pipeline_src_input_data(ml_pipeline_src_h src_handle, ml_tensors_data_h d
     const auto found = Handles::all().find<TensorsData>(data, "data");
     if (!found) return fail(found.error());
     const int result = push(source, pipeline, **found);
-    const bool is_consumed = result == ML_ERROR_NONE || result == ML_ERROR_STREAMS_PIPE;
+    const bool is_consumed = result != ML_ERROR_INVALID_PARAMETER && result != ML_ERROR_TRY_AGAIN;
     if (is_consumed && policy == ML_PIPELINE_BUF_POLICY_AUTO_FREE)
       (void)Handles::all().take<TensorsData>(data, "data");
     return result;
@@ -139,7 +171,9 @@ int ml_pipeline_src_set_event_cb(ml_pipeline_src_h src_handle, ml_pipeline_src_c
                                  void* user_data) {
   return with_source(src_handle, [&](Source& source, const Pipeline::Use& pipeline) {
     if (!cb) return fail(null_pointer("cb"));
-    source.set_events(*cb, src_handle, user_data, *pipeline);
-    return static_cast<int>(ML_ERROR_NONE);
+    if (source.set_events(*cb, src_handle, user_data, *pipeline))
+      return static_cast<int>(ML_ERROR_NONE);
+    return fail(Error{.code = Code::OPTION_VALUE,
+                      .what = "src_handle is a handle that was destroyed or released"});
   });
 }

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <numeric>
+#include <utility>
 
 #include "gstcpp/buffer/tensor_caps.hpp"
 #include "pipeline/pushed_buffer.hpp"
@@ -207,11 +208,18 @@ Result<gst::Ref<GstBuffer>> FrameSource::media_buffer(std::span<const weir_tenso
   return pushed_buffer({&one, 1}, std::vector<TensorSpec>(1), Format::Static);
 }
 
-void FrameSource::write_caps(const std::vector<TensorSpec>& specs) {
+Status FrameSource::write_caps(const std::vector<TensorSpec>& specs) {
   const bool is_unchanged =
       spec_.format == Format::Flexible || spec_ == FrameSpec{Format::Static, specs, spec_.rate};
-  if (caps_ && is_unchanged) return;
+  if (caps_ && is_unchanged) return ok();
+  if (is_pushing_)
+    return Error{.code = Code::CANCELLED,
+                 .what = "a push on this thread waits for a callback, which cannot change the caps",
+                 .offered = FrameSpec{Format::Static, specs, spec_.rate}.to_string(),
+                 .needed = spec_.to_string(),
+                 .fix = "push the frame when the callback has returned"};
   set_caps(tensor_caps(specs, caps_after(source_.get()).get()).get());
+  return ok();
 }
 
 Result<gst::Ref<GstBuffer>> FrameSource::tensor_buffer(std::span<const weir_tensor> tensors) {
@@ -239,7 +247,8 @@ Result<gst::Ref<GstBuffer>> FrameSource::tensor_buffer(std::span<const weir_tens
     if (!spec) return spec.error();
     specs.push_back(*std::move(spec));
   }
-  if (!is_fixed_) write_caps(specs);
+  if (!is_fixed_)
+    if (auto status = write_caps(specs); !status) return status.error();
   return pushed_buffer(tensors, specs, spec_.format);
 }
 
@@ -257,6 +266,7 @@ Result<gst::Ref<GstBuffer>> FrameSource::make_buffer(std::span<const weir_tensor
 }
 
 Status FrameSource::push(std::span<const weir_tensor> tensors, int64_t pts, int64_t duration) {
+  std::unique_lock order(order_);
   std::unique_lock lock(mutex_);
   if (!started_) return not_started();
   read_caps();
@@ -274,8 +284,16 @@ Status FrameSource::push(std::span<const weir_tensor> tensors, int64_t pts, int6
   if (pts >= 0) GST_BUFFER_PTS(buffer->get()) = static_cast<GstClockTime>(pts);
   if (duration >= 0) GST_BUFFER_DURATION(buffer->get()) = static_cast<GstClockTime>(duration);
   const auto source = source_;
-  if (is_fixed_) lock.unlock();  // pushing may wait for room
-  return to_status(gst_app_src_push_buffer(source.get(), buffer->release()));
+  if (is_fixed_) order.unlock();
+  const bool is_outermost = order && !std::exchange(is_pushing_, true);
+  lock.unlock();
+  // Waits for room, and calls functions of the program for "enough-data".
+  const auto flow = gst_app_src_push_buffer(source.get(), buffer->release());
+  if (is_outermost) {
+    lock.lock();
+    is_pushing_ = false;
+  }
+  return to_status(flow);
 }
 
 // Static tensors and media without elements cannot be: downstream learns that their time has
@@ -293,7 +311,7 @@ std::vector<TensorSpec> FrameSource::tensors() {
   std::lock_guard lock(mutex_);
   read_caps();
   take_caps_of_next();
-  return spec_.format == Format::Static ? spec_.tensors : std::vector<TensorSpec>();
+  return is_fixed_ && spec_.format == Format::Static ? spec_.tensors : std::vector<TensorSpec>();
 }
 
 void FrameSource::started() {

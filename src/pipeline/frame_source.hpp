@@ -42,20 +42,24 @@ class FrameSource {
   Result<gst::Ref<GstBuffer>> make_buffer(std::span<const weir_tensor> tensors);
   Status push_gap(int64_t pts, int64_t duration) const;
   Result<gst::Ref<GstBuffer>> tensor_buffer(std::span<const weir_tensor> tensors);
-  void write_caps(const std::vector<TensorSpec>& specs);
+  Status write_caps(const std::vector<TensorSpec>& specs);
   Result<gst::Ref<GstBuffer>> media_buffer(std::span<const weir_tensor> tensors) const;
   Status to_status(GstFlowReturn flow) const;
 
   gst::Ref<GstAppSrc> source() const;
 
   const bool is_replaceable_;
-  mutable std::mutex mutex_;  // guards the rest; keeps caps and their frames together
+  // Keeps caps and their frames together; taken before mutex_. Recursive: a push may call functions
+  // of the program that push.
+  std::recursive_mutex order_;
+  mutable std::mutex mutex_;  // guards the rest; never held during a push
   gst::Ref<GstAppSrc> source_;
   gst::Ref<GstCaps> caps_;
   bool is_fixed_ = false;  // frames must fit caps_, which the program or the next element gave
   bool is_set_ = false;    // set_caps() set caps_
   bool asked_next_ = false, started_ = false;
-  FrameSpec spec_;  // of the caps; format End: not tensors
+  bool is_pushing_ = false;  // the thread that holds order_ pushes a frame of caps_
+  FrameSpec spec_;           // of the caps; format End: not tensors
 };
 
 }  // namespace weir::pipeline

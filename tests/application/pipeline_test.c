@@ -1,40 +1,8 @@
-/* Tests of ml_pipeline_construct to _destroy, of sinks and of sources. */
+/* Tests of ml_pipeline_construct to _destroy, and of sinks. */
 /* SPDX-License-Identifier: LGPL-2.1-or-later */
 #include "check_test_support.h"
 #include "nnstreamer.h"
-#include "wait_test_support.h"
-
-typedef struct {
-  Counter frames;
-  float last;
-  unsigned int width;
-  ml_pipeline_h pipe;
-  ml_pipeline_sink_h sink;
-  ml_tensors_data_h data;
-} Seen;
-
-#define SEEN \
-  { COUNTER, 0, 0, NULL, NULL, NULL }
-
-static void see(const ml_tensors_data_h data, const ml_tensors_info_h info, void* user_data) {
-  Seen* seen = user_data;
-  void* memory = NULL;
-  size_t size = 0;
-  ml_tensor_dimension dimension;
-  OK(ml_tensors_data_get_tensor_data(data, 0, &memory, &size));
-  OK(ml_tensors_info_get_tensor_dimension(info, 0, dimension));
-  CHECK(size == dimension[0] * sizeof(float));
-  seen->last = ((const float*)memory)[0];
-  seen->width = dimension[0];
-  seen->data = data;
-  raise_count(&seen->frames);
-}
-
-static ml_pipeline_h construct(const char* text) {
-  ml_pipeline_h pipe = NULL;
-  OK(ml_pipeline_construct(text, NULL, NULL, &pipe));
-  return pipe;
-}
+#include "seen_test_support.h"
 
 static void frames_go_in_and_come_out(const char* text) {
   Seen seen = SEEN, again = SEEN;
@@ -262,168 +230,6 @@ static void a_pipeline_that_cannot_be_paused_is_refused(void) {
   }
 }
 
-/* Pushes before the start; the bytes of data count, not its type. */
-static void frames_wait_for_the_start(void) {
-  Seen seen = SEEN;
-  ml_pipeline_h pipe = construct(
-      "appsrc name=in ! "
-      "other/tensors,format=static,num_tensors=1,dimensions=(string)2:1,types=float32,"
-      "framerate=30/1 ! tensor_sink name=out sync=false");
-  ml_tensors_info_h info = NULL, bytes = make_info(ML_TENSOR_TYPE_UINT8, 8, 0);
-  ml_tensors_info_h few = make_info(ML_TENSOR_TYPE_UINT8, 7, 0);
-  ml_tensor_dimension dimension;
-  ml_tensor_type_e type = ML_TENSOR_TYPE_UNKNOWN;
-  ml_pipeline_src_h src = NULL;
-  ml_pipeline_sink_h sink = NULL;
-  ml_tensors_data_h data = NULL;
-  const float values[2] = {6, 7};
-  unsigned int count = 0;
-  OK(ml_pipeline_sink_register(pipe, "out", see, &seen, &sink));
-  OK(ml_pipeline_src_get_handle(pipe, "in", &src));
-  OK(ml_pipeline_src_get_tensors_info(src, &info));
-  OK(ml_tensors_info_get_count(info, &count));
-  CHECK(count == 1);
-  OK(ml_tensors_info_get_tensor_type(info, 0, &type));
-  OK(ml_tensors_info_get_tensor_dimension(info, 0, dimension));
-  CHECK(type == ML_TENSOR_TYPE_FLOAT32 && dimension[0] == 2);
-  OK(ml_pipeline_src_input_data(src, two_floats(5), ML_PIPELINE_BUF_POLICY_AUTO_FREE));
-  OK(ml_tensors_data_create(bytes, &data));
-  OK(ml_tensors_data_set_tensor_data(data, 0, values, sizeof values));
-  OK(ml_pipeline_src_input_data(src, data, ML_PIPELINE_BUF_POLICY_AUTO_FREE));
-  CHECK(get_count(&seen.frames) == 0);
-  OK(ml_pipeline_start(pipe));
-  wait_for(&seen.frames, 2);
-  CHECK(seen.last == 6);
-  OK(ml_tensors_data_create(few, &data));
-  CHECK_REFUSED(ml_pipeline_src_input_data(src, data, ML_PIPELINE_BUF_POLICY_AUTO_FREE),
-                ML_ERROR_INVALID_PARAMETER, "tensor 0 does not match the caps of the appsrc");
-  OK(ml_tensors_data_destroy(data)); /* it is still the program's */
-  CHECK_REFUSED(ml_pipeline_src_get_tensors_info(src, NULL), ML_ERROR_INVALID_PARAMETER,
-                "info is a null pointer");
-  OK(ml_pipeline_destroy(pipe));
-  OK(ml_tensors_info_destroy(info));
-  OK(ml_tensors_info_destroy(bytes));
-  OK(ml_tensors_info_destroy(few));
-}
-
-static void count_frame(const ml_tensors_data_h data, const ml_tensors_info_h info,
-                        void* user_data) {
-  void* memory = NULL;
-  size_t size = 0;
-  (void)info;
-  OK(ml_tensors_data_get_tensor_data(data, 0, &memory, &size));
-  CHECK(size == 4);
-  raise_count(user_data);
-}
-
-/* The capsfilters that published programs have after their appsrc. */
-static void published_caps_take_data(void) {
-  static const char* const caps[] = {
-      "other/tensor,dimension=(string)4:1:1:1,type=(string)uint8,framerate=(fraction)0/1",
-      "other/tensor,dimension=4:1:1:1,type=uint8,framerate=30/1",
-      "other/tensors,format=static,num_tensors=1,dimensions=4:1:1:1,types=uint8,framerate=30/1",
-      "other/tensors,format=flexible,framerate=30/1",
-      "application/octet-stream",
-      "text/x-raw,format=utf8",
-      "video/x-raw,format=GRAY8,width=4,height=1,framerate=30/1"};
-  ml_tensors_info_h info = make_info(ML_TENSOR_TYPE_UINT8, 4, 1);
-  size_t i;
-  int frame;
-  for (i = 0; i < sizeof caps / sizeof *caps; ++i) {
-    Counter frames = COUNTER;
-    char text[256];
-    ml_pipeline_h pipe;
-    ml_pipeline_src_h src = NULL;
-    ml_pipeline_sink_h sink = NULL;
-    ml_tensors_data_h data = NULL;
-    snprintf(text, sizeof text, "appsrc name=in ! %s ! appsink name=out sync=false", caps[i]);
-    pipe = construct(text);
-    OK(ml_pipeline_sink_register(pipe, "out", count_frame, &frames, &sink));
-    OK(ml_pipeline_src_get_handle(pipe, "in", &src));
-    OK(ml_pipeline_start(pipe));
-    for (frame = 0; frame < 3; ++frame) {
-      OK(ml_tensors_data_create(info, &data));
-      OK(ml_pipeline_src_input_data(src, data, ML_PIPELINE_BUF_POLICY_AUTO_FREE));
-    }
-    wait_for(&frames, 3);
-    OK(ml_pipeline_destroy(pipe));
-  }
-  OK(ml_tensors_info_destroy(info));
-}
-
-static void media_and_open_caps_name_no_tensors(void) {
-  static const char* const texts[] = {
-      "appsrc name=in ! video/x-raw,format=RGB,width=4,height=4,framerate=30/1 ! fakesink",
-      "appsrc name=in ! other/tensors,format=flexible,framerate=30/1 ! fakesink",
-      "appsrc name=in ! application/octet-stream ! fakesink", "appsrc name=in ! tensor_sink"};
-  size_t i;
-  for (i = 0; i < sizeof texts / sizeof *texts; ++i) {
-    ml_pipeline_h pipe = construct(texts[i]);
-    ml_pipeline_src_h src = NULL;
-    ml_tensors_info_h info = NULL;
-    unsigned int count = 9;
-    OK(ml_pipeline_src_get_handle(pipe, "in", &src));
-    OK(ml_pipeline_src_get_tensors_info(src, &info));
-    OK(ml_tensors_info_get_count(info, &count));
-    CHECK(count == 0);
-    OK(ml_tensors_info_destroy(info));
-    OK(ml_pipeline_destroy(pipe));
-  }
-}
-
-typedef struct {
-  Counter needs, enoughs;
-  ml_pipeline_src_h src;
-} Requests;
-
-static void need(ml_pipeline_src_h src, unsigned int length, void* user_data) {
-  Requests* requests = user_data;
-  (void)length;
-  CHECK(src == requests->src);
-  raise_count(&requests->needs);
-}
-
-static void enough(ml_pipeline_src_h src, void* user_data) {
-  Requests* requests = user_data;
-  CHECK(src == requests->src);
-  raise_count(&requests->enoughs);
-}
-
-static void a_source_asks_for_data(void) {
-  Requests requests = {COUNTER, COUNTER, NULL}, other = {COUNTER, COUNTER, NULL};
-  ml_pipeline_src_callbacks_s functions = {need, enough, NULL}, none = {NULL, NULL, NULL};
-  ml_pipeline_h pipe = construct("appsrc name=in max-buffers=1 ! tensor_sink sync=false");
-  ml_pipeline_src_h src = NULL;
-  int i;
-  OK(ml_pipeline_src_get_handle(pipe, "in", &src));
-  requests.src = other.src = src;
-  CHECK_REFUSED(ml_pipeline_src_set_event_cb(src, NULL, &requests), ML_ERROR_INVALID_PARAMETER,
-                "cb is a null pointer");
-  CHECK_REFUSED(ml_pipeline_src_set_event_cb(NULL, &functions, &requests),
-                ML_ERROR_INVALID_PARAMETER, "src_handle is a null pointer");
-  OK(ml_pipeline_src_set_event_cb(src, &functions, &other));
-  OK(ml_pipeline_src_set_event_cb(src, &functions, &requests)); /* replaces the one before */
-  functions = none;                                             /* it was copied */
-  for (i = 0; i < 3; ++i)
-    OK(ml_pipeline_src_input_data(src, two_floats(1), ML_PIPELINE_BUF_POLICY_AUTO_FREE));
-  wait_for(&requests.enoughs, 1);
-  OK(ml_pipeline_start(pipe));
-  wait_for(&requests.needs, 1);
-  /* Also after a flush. */
-  OK(ml_pipeline_flush(pipe, true));
-  i = get_count(&requests.needs);
-  OK(ml_pipeline_src_input_data(src, two_floats(1), ML_PIPELINE_BUF_POLICY_AUTO_FREE));
-  wait_for(&requests.needs, i + 1);
-  OK(ml_pipeline_src_release_handle(src));
-  i = get_count(&requests.needs);
-  OK(ml_pipeline_src_get_handle(pipe, "in", &src));
-  OK(ml_pipeline_src_input_data(src, two_floats(1), ML_PIPELINE_BUF_POLICY_AUTO_FREE));
-  OK(ml_pipeline_destroy(pipe));
-  CHECK(get_count(&requests.needs) == i);
-  /* Calls between the two registrations are possible, none afterwards. */
-  CHECK(get_count(&other.needs) <= 1 && get_count(&other.enoughs) == 0);
-}
-
 static void elements_and_frameworks_are_available(void) {
   bool available = false;
   OK(ml_check_element_availability("tensor_filter", &available));
@@ -467,10 +273,6 @@ int main(void) {
   callbacks_may_call();
   texts_and_names_are_refused();
   a_pipeline_that_cannot_be_paused_is_refused();
-  frames_wait_for_the_start();
-  published_caps_take_data();
-  media_and_open_caps_name_no_tensors();
-  a_source_asks_for_data();
   elements_and_frameworks_are_available();
   return result_of_checks();
 }
