@@ -27,12 +27,12 @@ int ml_check_element_availability(const char* element_name, bool* available) {
     *available = false;
     if (!is_known(element_name)) return static_cast<int>(ML_ERROR_NONE);
     const auto restriction = ElementRestriction::read();
-    *available = restriction && restriction->allows(element_name);
+    *available = restriction && restriction->check(element_name);
     return static_cast<int>(ML_ERROR_NONE);
   });
 }
 
-int ml_check_nnfw_availability_full(ml_nnfw_type_e nnfw, ml_nnfw_hw_e hw, const char*,
+int ml_check_nnfw_availability_full(ml_nnfw_type_e nnfw, ml_nnfw_hw_e hw, const char* custom,
                                     bool* available) {
   return guarded([&] {
     if (!available) return fail(null_pointer("available"));
@@ -44,7 +44,7 @@ int ml_check_nnfw_availability_full(ml_nnfw_type_e nnfw, ml_nnfw_hw_e hw, const 
                         .what = "nnfw names no framework",
                         .offered = "ML_NNFW_TYPE_ANY",
                         .needed = "a framework, such as ML_NNFW_TYPE_TENSORFLOW_LITE"});
-    *available = is_available(*framework, accelerator_name(hw));
+    *available = static_cast<bool>(check_available(*framework, accelerator_name(hw), custom));
     return static_cast<int>(ML_ERROR_NONE);
   });
 }

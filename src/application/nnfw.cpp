@@ -9,7 +9,7 @@
 
 #include "core/infer/module/accelerator.hpp"
 #include "core/infer/module/known_engines.hpp"
-#include "core/infer/module/module_library.hpp"
+#include "core/subplugin/loader.hpp"
 #include "core/text/text.hpp"
 
 namespace weir::application {
@@ -136,16 +136,15 @@ bool needs_infos(ml_nnfw_type_e type) {
                           ML_NNFW_TYPE_TRIX_ENGINE, ML_NNFW_TYPE_NCNN});
 }
 
-bool is_available(const std::string& framework, const std::string& accelerator) {
-  const auto engine = infer::ModuleLibrary::instance().engine(framework);
-  if (!engine) return false;
-  if (accelerator == "auto" || accelerator == "default") return true;
-  const auto supported = infer::list_accelerators(**engine);
-  if (supported.empty()) return accelerator == "cpu";
-  const auto wanted = infer::accelerator_number(accelerator);
-  return std::any_of(supported.begin(), supported.end(), [&](const std::string& name) {
-    return infer::accelerator_number(name) == wanted;
-  });
+Status check_available(const std::string& framework, const std::string& accelerator,
+                       const char* custom) {
+  const auto number = infer::accelerator_number(accelerator).value_or(0);
+  auto status = subplugin::check_available(framework, number, custom);
+  if (status || status.error().code != Code::OPTION_VALUE) return status;
+  Error error = status.error();
+  error.offered = accelerator;
+  error.needed = "ML_NNFW_HW_ANY, or hardware that it supports";
+  return error;
 }
 
 }  // namespace weir::application

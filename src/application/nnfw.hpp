@@ -25,7 +25,9 @@ bool is_unsupported(ml_nnfw_type_e type);
 // Whether a program must describe the tensors of the framework's models.
 bool needs_infos(ml_nnfw_type_e type);
 
-// Whether an engine of this name is installed and runs on this hardware.
-bool is_available(const std::string& framework, const std::string& accelerator);
+// Checks that an engine of this name is installed and runs on this hardware, a name of
+// accelerator_name(). `custom` is passed to sub-plugins; null: none.
+Status check_available(const std::string& framework, const std::string& accelerator,
+                       const char* custom);
 
 }  // namespace weir::application

@@ -135,15 +135,6 @@ Status choose_framework(const std::vector<std::string>& paths, SingleRequest* re
   return ok();
 }
 
-Error no_engine(const SingleRequest& request) {
-  const auto engine = infer::ModuleLibrary::instance().engine(request.framework);
-  if (!engine) return engine.error();
-  return Error{.code = Code::OPTION_VALUE,
-               .what = "the framework " + request.framework + " does not run on this hardware",
-               .offered = request.accelerator,
-               .needed = "ML_NNFW_HW_ANY, or hardware that it supports"};
-}
-
 // What NNStreamer checks before it opens a model, in its order.
 std::optional<Refusal> check_request(SingleRequest* request) {
   const auto paths = split_paths(request->model);
@@ -163,8 +154,8 @@ std::optional<Refusal> check_request(SingleRequest* request) {
                  .offered = request->model};
   };
   if (is_unsupported(request->type)) return unsupported(needs(" is not supported"));
-  if (!is_available(request->framework, request->accelerator))
-    return unsupported(no_engine(*request));
+  if (auto status = check_available(request->framework, request->accelerator, nullptr); !status)
+    return unsupported(status.error());
   if (needs_infos(request->type) && (request->inputs.empty() || request->outputs.empty()))
     return invalid(needs(" needs input_info and output_info"));
   return std::nullopt;

@@ -132,6 +132,7 @@ void open_the_other_name() {
 __attribute__((constructor)) static void take_the_process() {
   process::take_objects_from(weir_process_object);
   subplugin::set_engine_adapter(find_engine);
+  subplugin::set_hardware_check(has_hardware);
   custom::set_class_engine(class_engine);
   attempt("libnnstreamer.so", open_the_other_name);
 }

@@ -1,12 +1,10 @@
-// Whether a framework supports an accelerator: queries sub-plugins, reads the lists of Weir's
-// engines.
+// Whether a framework supports an accelerator: queries sub-plugins.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <algorithm>
 
+#include "compat/framework_check.hpp"
 #include "compat/guard.hpp"
 #include "compat/properties.hpp"
-#include "core/infer/module/accelerator.hpp"
-#include "core/infer/module/module_library.hpp"
 #include "core/subplugin/loader.hpp"
 #include "nnstreamer_plugin_api_filter.h"
 
@@ -52,29 +50,21 @@ bool has(const GstTensorFilterFramework& framework, accl_hw hw, const gchar* cus
                                           : has_v0(framework, hw, custom);
 }
 
-// An engine without a list runs on the CPU.
-bool has(const weir_engine& engine, accl_hw hw) {
-  const auto names = weir::infer::list_accelerators(engine);
-  if (names.empty()) return hw == ACCL_CPU;
-  return std::any_of(names.begin(), names.end(), [&](const auto& name) {
-    return weir::infer::accelerator_number(name) == static_cast<unsigned>(hw);
+}  // namespace
+
+bool weir::compat::has_hardware(const void* descriptor, unsigned hardware, const char* custom) {
+  return or_else(__func__, false, [&] {
+    return has(*static_cast<const GstTensorFilterFramework*>(descriptor),
+               static_cast<accl_hw>(hardware), custom);
   });
 }
-
-}  // namespace
 
 gboolean gst_tensor_filter_check_hw_availability(const gchar* name, const accl_hw hw,
                                                  const gchar* custom) {
   if (!given(__func__, {name}) || hw == ACCL_NONE) return FALSE;
   return or_else(__func__, FALSE, [&]() -> gboolean {
-    using weir::subplugin::Kind;
-    const auto sub_plugin = weir::subplugin::open(Kind::Filter, name);
-    const bool is_any = hw == ACCL_AUTO || hw == ACCL_DEFAULT;
-    if (sub_plugin && *sub_plugin)
-      return is_any || has(*static_cast<const GstTensorFilterFramework*>(*sub_plugin), hw, custom);
-    const auto engine = weir::infer::ModuleLibrary::instance().engine(name);
-    if (engine) return is_any || has(**engine, hw);
-    warn("gst_tensor_filter_check_hw_availability", engine.error());
-    return FALSE;
+    const auto status = weir::subplugin::check_available(name, hw, custom);
+    if (!status && status.error().code != weir::Code::OPTION_VALUE) warn(__func__, status.error());
+    return status ? TRUE : FALSE;
   });
 }

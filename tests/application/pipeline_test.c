@@ -276,3 +276,19 @@ int main(void) {
   elements_and_frameworks_are_available();
   return result_of_checks();
 }
+/* The engine is there, and its library is not. */
+static void a_framework_without_its_library_is_not_available(void) {
+  const char* const folder = getenv("WEIR_ENGINES_DIR");
+  char* const before = folder ? strdup(folder) : NULL;
+  bool available = true;
+  setenv("WEIR_ENGINES_DIR", "/no/such/folder", 1);
+  OK(ml_check_nnfw_availability(ML_NNFW_TYPE_TENSORFLOW_LITE, ML_NNFW_HW_ANY, &available));
+  CHECK(!available);
+  if (before)
+    setenv("WEIR_ENGINES_DIR", before, 1);
+  else
+    unsetenv("WEIR_ENGINES_DIR");
+  free(before);
+}
+
+  a_framework_without_its_library_is_not_available();

@@ -3,6 +3,7 @@
 
 #include <dlfcn.h>
 
+#include <algorithm>
 #include <atomic>
 #include <filesystem>
 #include <map>
@@ -10,9 +11,12 @@
 #include <set>
 
 #include "core/config/install_paths.hpp"
+#include "core/infer/module/accelerator.hpp"
+#include "core/infer/module/engine_functions.hpp"
 #include "core/infer/module/host.hpp"
 #include "core/infer/module/load_configuration.hpp"
 #include "core/infer/module/module_check.hpp"
+#include "core/infer/module/module_library.hpp"
 #include "core/process/process_object.hpp"
 #include "core/text/shell_quote.hpp"
 
@@ -122,6 +126,30 @@ std::atomic<EngineAdapter>& engine_adapter() {
   return adapter.function;
 }
 
+struct Check {
+  std::atomic<HardwareCheck> function{nullptr};
+};
+std::atomic<HardwareCheck>& hardware_check() {
+  static auto& check = process::object<Check>("nnstreamer-hardware-check");
+  return check.function;
+}
+
+// Returns the filter that the engine runs; null for an engine of Weir.
+const void* find_descriptor(const weir_engine& engine) {
+  const void* descriptor = table().find(Kind::Filter, engine.name);
+  const auto adapter = engine_adapter().load();
+  return descriptor && adapter && adapter(descriptor) == &engine ? descriptor : nullptr;
+}
+
+// An engine without a list runs on the CPU.
+bool runs_on(const weir_engine& engine, unsigned hardware) {
+  const auto names = infer::list_accelerators(engine);
+  if (names.empty()) return hardware == infer::accelerator_number("cpu");
+  return std::any_of(names.begin(), names.end(), [hardware](const std::string& name) {
+    return infer::accelerator_number(name) == hardware;
+  });
+}
+
 }  // namespace
 
 std::string library_path() {
@@ -220,6 +248,34 @@ Result<const weir_engine*> engine(std::string_view name) {
                            : "this process cannot run filters for NNStreamer",
         .needed = "a filter of the interface V0 or V1"};
   return engine;
+}
+
+void set_hardware_check(HardwareCheck check) noexcept {
+  hardware_check() = check;
+}
+
+Status check_available(std::string_view name, unsigned hardware, const char* custom) {
+  const auto engine = infer::ModuleLibrary::instance().engine(name);
+  if (!engine) return engine.error();
+  const auto extension = infer::get_function(**engine, &weir_engine::extension);
+  const auto* const problem =
+      static_cast<const char* const*>(extension ? extension("weir.library-problem/1") : nullptr);
+  if (problem)
+    return Error{.code = Code::ENGINE_NOT_INSTALLED,
+                 .what = "the engine " + std::string(name) + " lacks a library",
+                 .offered = problem[0],
+                 .needed = "that library",
+                 .fix = problem[1]};
+  if (hardware == infer::accelerator_number("auto") ||
+      hardware == infer::accelerator_number("default"))
+    return ok();
+  const void* const descriptor = find_descriptor(**engine);
+  const auto check = hardware_check().load();
+  const bool runs =
+      descriptor && check ? check(descriptor, hardware, custom) : runs_on(**engine, hardware);
+  if (runs) return ok();
+  return Error{.code = Code::OPTION_VALUE,
+               .what = "the framework " + std::string(name) + " does not run on this hardware"};
 }
 
 }  // namespace weir::subplugin

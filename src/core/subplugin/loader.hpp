@@ -39,4 +39,13 @@ void set_engine_adapter(EngineAdapter adapter) noexcept;
 // Null: there is no such sub-plugin.
 Result<const weir_engine*> engine(std::string_view name);
 
+// Asks filters whether hardware can be used (gst_tensor_filter_check_hw_availability); set by the
+// library above when it is loaded. `hardware` is an accl_hw, `custom` may be null.
+using HardwareCheck = bool (*)(const void* descriptor, unsigned hardware, const char* custom);
+void set_hardware_check(HardwareCheck check) noexcept;
+// Checks that the engine or filter of this name can be used with the hardware, a number of
+// infer::accelerator_number(). ENGINE_NOT_INSTALLED: a library that the engine needs is missing.
+// OPTION_VALUE: it does not run on the hardware. Errors of ModuleLibrary::engine().
+Status check_available(std::string_view name, unsigned hardware, const char* custom);
+
 }  // namespace weir::subplugin
