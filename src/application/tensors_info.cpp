@@ -22,6 +22,7 @@ Status check_complete(const TensorSpecs& tensors, const char* what) {
                  .what = std::string(what) + " describes no tensor",
                  .needed = "at least one tensor",
                  .fix = "ml_tensors_info_set_count(info, 1)"};
+  int64_t total = 0;
   for (size_t i = 0; i < tensors.size(); ++i) {
     const std::string name = std::string(what) + ": tensor " + std::to_string(i);
     if (!tensors[i].valid())
@@ -35,6 +36,11 @@ Status check_complete(const TensorSpecs& tensors, const char* what) {
     if (!tensors[i].bytes())
       return Error{.code = Code::LIMIT_EXCEEDED,
                    .what = name + " is too large",
+                   .offered = describe(tensors),
+                   .needed = "less than 2^63 bytes"};
+    if (__builtin_add_overflow(total, static_cast<int64_t>(*tensors[i].bytes()), &total))
+      return Error{.code = Code::LIMIT_EXCEEDED,
+                   .what = std::string(what) + " describes tensors that are too large together",
                    .offered = describe(tensors),
                    .needed = "less than 2^63 bytes"};
   }

@@ -50,6 +50,31 @@ static void an_info_keeps_what_it_is_reported(void) {
   OK(ml_tensors_info_destroy(copy));
 }
 
+/* Four tensors of 2^62 bytes are 2^64 together. */
+static void tensors_may_be_too_large_together(void) {
+  const ml_tensor_dimension dimension = {1U << 31, 1U << 31};
+  ml_tensors_info_h info = NULL;
+  ml_tensors_data_h data = NULL;
+  size_t size = 9;
+  unsigned int i;
+  OK(ml_tensors_info_create(&info));
+  OK(ml_tensors_info_set_count(info, 4));
+  for (i = 0; i < 4; ++i) {
+    OK(ml_tensors_info_set_tensor_type(info, i, ML_TENSOR_TYPE_UINT8));
+    OK(ml_tensors_info_set_tensor_dimension(info, i, dimension));
+  }
+  OK(ml_tensors_info_get_tensor_size(info, 3, &size));
+  CHECK(size == (size_t)1 << 62);
+  size = 9;
+  CHECK_REFUSED(ml_tensors_info_get_tensor_size(info, -1, &size), ML_ERROR_INVALID_PARAMETER,
+                "info describes tensors that are too large together");
+  CHECK(size == 9);
+  CHECK_REFUSED(ml_tensors_data_create(info, &data), ML_ERROR_INVALID_PARAMETER,
+                "info describes tensors that are too large together");
+  CHECK(data == NULL);
+  OK(ml_tensors_info_destroy(info));
+}
+
 /* The order of the types is part of the wire formats: sizes 4 4 2 2 1 1 8 4 8 8 2. */
 static void types_have_the_order_of_the_stream(void) {
   static const size_t sizes[] = {4, 4, 2, 2, 1, 1, 8, 4, 8, 8, 2};
@@ -413,5 +438,6 @@ int main(void) {
   options_keep_values();
   informations_do_not_exist();
   handles_differ();
+  tensors_may_be_too_large_together();
   return result_of_checks();
 }
