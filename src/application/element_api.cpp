@@ -40,8 +40,9 @@ int with_property(void* handle, const char* property, int type, Body&& body) {
   return with_part<Element>(
       handle, "elem_h", [&](weir_pipeline* pipeline, const char* name, weir_error** error) {
         const int found = weir_pipeline_property_type(pipeline, name, property, error);
-        if (found < 0 || found == type || is_enum_as_number(found, type))
-          return found < 0 ? found : body(pipeline, name, error);
+        if (found < 0) return found;
+        if (found == type || is_enum_as_number(found, type))
+          return body(pipeline, name, found, error);
         const std::string call = std::string("ml_pipeline_element_set_property_") +
                                  name_of_type(found) + "() or ml_pipeline_element_get_property_" +
                                  name_of_type(found) + "()";
@@ -57,9 +58,15 @@ int with_property(void* handle, const char* property, int type, Body&& body) {
 
 int set(void* handle, const char* property, int type, const std::string& value) {
   return with_property(handle, property, type,
-                       [&](weir_pipeline* pipeline, const char* name, weir_error** error) {
+                       [&](weir_pipeline* pipeline, const char* name, int, weir_error** error) {
                          return weir_pipeline_set(pipeline, name, property, value.c_str(), error);
                        });
+}
+
+// A negative value is a large unsigned number.
+std::string format_enum(int32_t value, int type) {
+  return type == WEIR_PROPERTY_UINT32 ? std::to_string(static_cast<uint32_t>(value))
+                                      : std::to_string(value);
 }
 
 std::string format_number(double value) {
@@ -71,11 +78,12 @@ std::string format_number(double value) {
 template <class Take>
 int get(void* handle, const char* property, int type, Take&& take) {
   return with_property(
-      handle, property, type, [&](weir_pipeline* pipeline, const char* name, weir_error** error) {
+      handle, property, type,
+      [&](weir_pipeline* pipeline, const char* name, int found, weir_error** error) {
         int32_t number = 0;
-        if (is_enum_as_number(WEIR_PROPERTY_ENUM, type) &&
+        if (is_enum_as_number(found, type) &&
             weir_pipeline_get_enum(pipeline, name, property, &number, nullptr) >= 0 &&
-            take(std::to_string(number).c_str()))
+            take(format_enum(number, type).c_str()))
           return 0;
         char* text = nullptr;
         const int result = weir_pipeline_get(pipeline, name, property, &text, error);
@@ -147,8 +155,16 @@ int ml_pipeline_element_set_property_int64(ml_pipeline_element_h elem_h, const c
 
 int ml_pipeline_element_set_property_uint32(ml_pipeline_element_h elem_h, const char* property_name,
                                             const uint32_t value) {
-  return guarded(
-      [&] { return set(elem_h, property_name, WEIR_PROPERTY_UINT32, std::to_string(value)); });
+  return guarded([&] {
+    return with_property(
+        elem_h, property_name, WEIR_PROPERTY_UINT32,
+        [&](weir_pipeline* pipeline, const char* name, int found, weir_error** error) {
+          const std::string text = found == WEIR_PROPERTY_ENUM
+                                       ? std::to_string(static_cast<int32_t>(value))
+                                       : std::to_string(value);
+          return weir_pipeline_set(pipeline, name, property_name, text.c_str(), error);
+        });
+  });
 }
 
 int ml_pipeline_element_set_property_uint64(ml_pipeline_element_h elem_h, const char* property_name,
@@ -225,7 +241,7 @@ int ml_pipeline_element_get_property_enum(ml_pipeline_element_h elem_h, const ch
   return guarded([&] {
     if (!value) return fail(null_pointer("value"));
     return with_property(elem_h, property_name, WEIR_PROPERTY_ENUM,
-                         [&](weir_pipeline* pipeline, const char* name, weir_error** error) {
+                         [&](weir_pipeline* pipeline, const char* name, int, weir_error** error) {
                            int32_t number = 0;
                            const int result = weir_pipeline_get_enum(pipeline, name, property_name,
                                                                      &number, error);

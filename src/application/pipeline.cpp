@@ -255,11 +255,25 @@ Status check_kind(const Pipeline::Use& pipeline, const char* name, const std::st
   const std::string kind = pipeline->get_kind(name);
   const bool any = kinds.empty() || kinds == kind || kinds.starts_with(kind + " or ") ||
                    kinds.ends_with(" or " + kind);
+  const auto parts = std::exchange(parts_, {});
   if (any && (kinds.empty() || !kind.empty())) return ok();
+  for (void* part : parts) (void)Handles::all().take<Object>(part, "part");
   return Error{
       .code = Code::OPTION_VALUE,
       .what = "the element " + std::string(name) + " does not support this call",
       .offered = kind.empty() ? "an element inside a bin, not in the pipeline description" : kind,
+void* Pipeline::add_part(std::shared_ptr<Object> part) {
+  void* const handle = Handles::all().add(std::move(part));
+  std::lock_guard lock(mutex_);
+  parts_.insert(handle);
+  return handle;
+}
+
+void Pipeline::remove_part(void* handle) {
+  std::lock_guard lock(mutex_);
+  parts_.erase(handle);
+}
+
       .needed = kinds};
 }
 

@@ -79,6 +79,9 @@ class Pipeline : public Object, public std::enable_shared_from_this<Pipeline> {
   SinkCallbacks* sink(const std::string& name) const;
   // Returns the factory name, for example "valve"; "" if the text contains no such element.
   std::string get_kind(const std::string& name) const;
+  // Returns a handle, which is destroyed with the pipeline if it is not removed earlier.
+  void* add_part(std::shared_ptr<Object> part);
+  void remove_part(void* handle);
   // Ends the stream of the appsrc; tells whether that has happened since the last flush.
   int end(const std::string& name, weir_error** error);
   bool has_ended(const std::string& name) const;
@@ -104,6 +107,7 @@ class Pipeline : public Object, public std::enable_shared_from_this<Pipeline> {
   std::set<std::string> ended_;
   std::vector<std::weak_ptr<SourceEvents>> events_;
   std::condition_variable left_;
+  std::set<void*> parts_;  // handles
   size_t uses_ = 0;
   bool closed_ = false;
 };

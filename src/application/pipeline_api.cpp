@@ -13,7 +13,11 @@ class Sink : public PipelinePart {
   Sink(std::weak_ptr<Pipeline> pipeline, std::string name, std::shared_ptr<SinkCallback> callback)
       : PipelinePart(std::move(pipeline), std::move(name)), callback_(std::move(callback)) {}
   const char* kind() const noexcept override { return kKind; }
-  const std::shared_ptr<SinkCallback>& callback() const noexcept { return callback_; }
+  // Waits for the callback on other threads.
+  void close() override {
+    if (const auto pipeline = use()) (*pipeline)->sink(name())->remove(callback_);
+    callback_->gate.close();
+  }
 
  private:
   const std::shared_ptr<SinkCallback> callback_;
@@ -123,19 +127,12 @@ int ml_pipeline_sink_register(ml_pipeline_h pipe, const char* sink_name, ml_pipe
     callback->function = cb;
     callback->data = user_data;
     (*pipeline)->sink(sink_name)->add(callback);
-    *sink_handle = Handles::all().add(
+    *sink_handle = (*pipeline)->add_part(
         std::make_shared<Sink>((**pipeline).weak_from_this(), sink_name, callback));
     return static_cast<int>(ML_ERROR_NONE);
   });
 }
 
 int ml_pipeline_sink_unregister(ml_pipeline_sink_h sink_handle) {
-  return guarded([&] {
-    const auto sink = Handles::all().take<Sink>(sink_handle, "sink_handle");
-    if (!sink) return fail(sink.error());
-    if (const auto pipeline = (*sink)->use())
-      (*pipeline)->sink((*sink)->name())->remove((*sink)->callback());
-    (*sink)->callback()->gate.close();
-    return static_cast<int>(ML_ERROR_NONE);
-  });
+  return release_part<Sink>(sink_handle, "sink_handle");
 }

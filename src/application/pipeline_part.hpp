@@ -51,7 +51,7 @@ int get_part(void* pipe, const char* name, const char* kinds, void** handle) {
     const auto pipeline = use_pipeline(pipe);
     if (!pipeline) return fail(pipeline.error());
     if (auto status = check_kind(*pipeline, name, kinds); !status) return fail(status.error());
-    *handle = Handles::all().add(std::make_shared<Part>((**pipeline).weak_from_this(), name));
+    *handle = (*pipeline)->add_part(std::make_shared<Part>((**pipeline).weak_from_this(), name));
     return static_cast<int>(ML_ERROR_NONE);
   });
 }
@@ -61,6 +61,7 @@ int release_part(void* handle, const char* what) {
   return guarded([&] {
     const auto taken = Handles::all().take<Part>(handle, what);
     if (!taken) return fail(taken.error());
+    if (const auto pipeline = (*taken)->use()) (*pipeline)->remove_part(handle);
     (*taken)->close();
     return static_cast<int>(ML_ERROR_NONE);
   });

@@ -58,12 +58,12 @@ static void a_valve_opens_and_closes(void) {
                 "valve_handle is a null pointer");
   OK(ml_pipeline_destroy(pipe));
   CHECK_REFUSED(ml_pipeline_valve_set_open(valve, true), ML_ERROR_INVALID_PARAMETER,
-                "the pipeline of this handle was destroyed");
-  OK(ml_pipeline_valve_release_handle(valve));
+                "valve_handle is a handle that was destroyed or released");
   CHECK_REFUSED(ml_pipeline_valve_release_handle(valve), ML_ERROR_INVALID_PARAMETER,
                 "was destroyed");
-  OK(ml_pipeline_element_release_handle(element));
-  OK(ml_pipeline_sink_unregister(sink));
+  CHECK_REFUSED(ml_pipeline_element_release_handle(element), ML_ERROR_INVALID_PARAMETER,
+                "was destroyed");
+  CHECK_REFUSED(ml_pipeline_sink_unregister(sink), ML_ERROR_INVALID_PARAMETER, "was destroyed");
 }
 
 static void a_switch_selects(void) {
@@ -118,8 +118,8 @@ static void outputs_are_switched_too(void) {
   CHECK(i == 2);
   free(pads);
   OK(ml_pipeline_switch_select(selector, "src_1"));
-  OK(ml_pipeline_destroy(pipe));
   OK(ml_pipeline_switch_release_handle(selector));
+  OK(ml_pipeline_destroy(pipe));
 }
 
 static void properties_have_their_types(void) {
@@ -202,8 +202,26 @@ static void properties_have_their_types(void) {
                 "no element of the pipeline has this name");
   OK(ml_pipeline_destroy(pipe));
   CHECK_REFUSED(ml_pipeline_element_get_property_int32(v, "num-buffers", &int32),
-                ML_ERROR_INVALID_PARAMETER, "the pipeline of this handle was destroyed");
-  OK(ml_pipeline_element_release_handle(v));
+                ML_ERROR_INVALID_PARAMETER, "elem_h is a handle that was destroyed or released");
+}
+
+static void an_enum_below_zero_is_a_number_too(void) {
+  ml_pipeline_h pipe = construct("videotestsrc ! filesink name=f location=/dev/null");
+  ml_pipeline_element_h f = NULL;
+  int32_t int32 = 0;
+  uint32_t uint32 = 0;
+  OK(ml_pipeline_element_get_handle(pipe, "f", &f));
+  OK(ml_pipeline_element_get_property_int32(f, "buffer-mode", &int32));
+  CHECK(int32 == -1);
+  OK(ml_pipeline_element_get_property_uint32(f, "buffer-mode", &uint32));
+  CHECK(uint32 == UINT32_MAX);
+  OK(ml_pipeline_element_set_property_uint32(f, "buffer-mode", 2));
+  OK(ml_pipeline_element_get_property_enum(f, "buffer-mode", &uint32));
+  CHECK(uint32 == 2);
+  OK(ml_pipeline_element_set_property_uint32(f, "buffer-mode", UINT32_MAX));
+  OK(ml_pipeline_element_get_property_int32(f, "buffer-mode", &int32));
+  CHECK(int32 == -1);
+  OK(ml_pipeline_destroy(pipe));
 }
 
 int main(void) {
@@ -211,5 +229,6 @@ int main(void) {
   a_switch_selects();
   outputs_are_switched_too();
   properties_have_their_types();
+  an_enum_below_zero_is_a_number_too();
   return result_of_checks();
 }

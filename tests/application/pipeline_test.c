@@ -38,7 +38,7 @@ static void frames_go_in_and_come_out(const char* text) {
   OK(ml_pipeline_destroy(pipe));
   CHECK_REFUSED(ml_tensors_data_get_tensor_data(seen.data, 0, &memory, &size),
                 ML_ERROR_INVALID_PARAMETER, "was destroyed");
-  OK(ml_pipeline_sink_unregister(sink));
+  CHECK_REFUSED(ml_pipeline_sink_unregister(sink), ML_ERROR_INVALID_PARAMETER, "was destroyed");
 }
 
 static void states_are_reported(ml_pipeline_state_e state, void* user_data) {
@@ -113,8 +113,8 @@ static void a_failed_element_is_the_error_of_the_state(void) {
   CHECK_REFUSED(ml_pipeline_start(pipe), ML_ERROR_STREAMS_PIPE, "fails returned -7");
   OK(ml_pipeline_flush(pipe, false));
   OK(ml_pipeline_get_state(pipe, &state));
-  OK(ml_pipeline_destroy(pipe));
   OK(ml_pipeline_src_release_handle(src));
+  OK(ml_pipeline_destroy(pipe));
   OK(ml_pipeline_custom_easy_filter_unregister(filter));
   OK(ml_tensors_data_destroy(data));
   OK(ml_tensors_info_destroy(info));
@@ -153,11 +153,11 @@ static void callbacks_may_call(void) {
   OK(ml_pipeline_src_input_data(src, two_floats(2), ML_PIPELINE_BUF_POLICY_AUTO_FREE));
   wait_for(&other.frames, 2);
   CHECK(get_count(&seen.frames) == 1);
-  OK(ml_pipeline_destroy(pipe));
   CHECK_REFUSED(ml_pipeline_sink_unregister(seen.sink), ML_ERROR_INVALID_PARAMETER,
                 "sink_handle is a handle that was destroyed or released");
-  OK(ml_pipeline_sink_unregister(other.sink));
-  OK(ml_pipeline_src_release_handle(src));
+  CHECK_REFUSED(ml_pipeline_sink_unregister(other.sink), ML_ERROR_INVALID_PARAMETER,
+                "was destroyed");
+  CHECK_REFUSED(ml_pipeline_src_release_handle(src), ML_ERROR_INVALID_PARAMETER, "was destroyed");
 }
 
 static void texts_and_names_are_refused(void) {
@@ -175,6 +175,7 @@ static void texts_and_names_are_refused(void) {
   CHECK_REFUSED(ml_pipeline_construct("fakesink", NULL, NULL, NULL), ML_ERROR_INVALID_PARAMETER,
                 "pipe is a null pointer");
   CHECK_REFUSED(ml_pipeline_start(NULL), ML_ERROR_INVALID_PARAMETER, "pipe is a null pointer");
+  OK(ml_pipeline_destroy(pipe));
   CHECK_REFUSED(ml_pipeline_start(data), ML_ERROR_INVALID_PARAMETER,
                 "pipe is a handle of a different type");
   pipe = construct("appsrc name=in ! tensor_sink name=out sync=false");
@@ -203,8 +204,8 @@ static void texts_and_names_are_refused(void) {
   CHECK_REFUSED(ml_pipeline_destroy(pipe), ML_ERROR_INVALID_PARAMETER,
                 "pipe is a handle that was destroyed or released");
   CHECK_REFUSED(ml_pipeline_src_input_data(src, data, ML_PIPELINE_BUF_POLICY_AUTO_FREE),
-                ML_ERROR_INVALID_PARAMETER, "the pipeline of this handle was destroyed");
-  OK(ml_pipeline_src_release_handle(src));
+                ML_ERROR_INVALID_PARAMETER,
+                "src_handle is a handle that was destroyed or released");
   OK(ml_tensors_data_destroy(data));
 }
 
