@@ -12,6 +12,10 @@ namespace weir::application {
 namespace {
 
 struct Named {
+// Object data of a sink for libweir-pipeline (frame_sink.hpp): it drops frames that do not match
+// their caps.
+constexpr char kDropsUnreadable[] = "weir-drops-unreadable-frames";
+
   std::string name, kind;
   int depth;
 };
@@ -73,6 +77,8 @@ Status Pipeline::connect(const ElementRestriction& restriction) {
       kinds_.emplace(element.name, element.kind);
     }
     hold(element.name, element.kind);
+    const ElementRef found(weir_pipeline_get_element(pipeline_, element.name.c_str()));
+    if (found) g_object_set_data(G_OBJECT(found.get()), kDropsUnreadable, found.get());
     if (element.kind != "tensor_sink" && element.kind != "appsink") continue;
     auto& sink = sinks_[element.name] = std::make_unique<SinkCallbacks>(this);
     CError error;

@@ -4,6 +4,7 @@
 #include <gst/app/app.h>
 
 #include "gstcpp/element/error.hpp"
+#include "gstcpp/element/log.hpp"
 #include "gstcpp/element/result_events.hpp"
 
 namespace weir::pipeline {
@@ -93,6 +94,11 @@ void FrameSink::arrived(Arrived frame) {
   if (!visit) return;
   const auto read =
       PulledFrame::read(std::move(frame.buffer), std::move(frame.caps), std::move(frame.labels));
+  if (!read && g_object_get_data(G_OBJECT(element_.get()), kDropsUnreadable)) {
+    GST_CAT_WARNING_OBJECT(gst::library_category(), element_.get(), "a frame is dropped: %s",
+                           read.error().message().c_str());
+    return;
+  }
   const Status status = read ? function_(*read) : Status(read.error());
   if (!status) gst::post_error(element_.get(), status.error());
 }

@@ -83,6 +83,32 @@ static void states_follow_the_calls(void) {
   OK(ml_pipeline_destroy(pipe));
 }
 
+/* The first of two frames is too long for the caps. */
+static void a_frame_that_does_not_fit_its_caps_is_dropped(void) {
+  static const char* const sinks[] = {"tensor_sink", "appsink"};
+  size_t i;
+  for (i = 0; i < sizeof sinks / sizeof *sinks; ++i) {
+    Seen seen = SEEN;
+    char text[512];
+    ml_pipeline_h pipe;
+    ml_pipeline_state_e state;
+    snprintf(text, sizeof text,
+             "concat name=all ! other/tensors,format=static,num_tensors=1,dimensions=(string)2,"
+             "types=float32,framerate=0/1 ! %s name=out sync=false async=false "
+             "fakesrc num-buffers=1 sizetype=fixed sizemax=12 filltype=zero ! all. "
+             "fakesrc num-buffers=1 sizetype=fixed sizemax=8 filltype=zero ! all.",
+             sinks[i]);
+    pipe = construct(text);
+    OK(ml_pipeline_sink_register(pipe, "out", see, &seen, &seen.sink));
+    OK(ml_pipeline_start(pipe));
+    wait_for(&seen.frames, 1);
+    CHECK(seen.width == 2);
+    OK(ml_pipeline_get_state(pipe, &state));
+    OK(ml_pipeline_destroy(pipe));
+    CHECK(get_count(&seen.frames) == 1);
+  }
+}
+
 static int fail_always(const ml_tensors_data_h in, ml_tensors_data_h out, void* user_data) {
   (void)in, (void)out, (void)user_data;
   return -7;
@@ -270,6 +296,7 @@ int main(void) {
       "appsrc name=in ! tensor_transform mode=typecast option=float32 ! appsink name=out "
       "sync=false");
   states_follow_the_calls();
+  a_frame_that_does_not_fit_its_caps_is_dropped();
   a_failed_element_is_the_error_of_the_state();
   callbacks_may_call();
   texts_and_names_are_refused();
