@@ -194,8 +194,8 @@ ML_EXPORT int ml_pipeline_custom_easy_filter_register(const char* name, const ml
 ML_EXPORT int ml_pipeline_custom_easy_filter_unregister(ml_custom_easy_filter_h custom);
 
 /* The condition of `tensor_if compared-value=CUSTOM compared-value-option=NAME`: sets *result to 0
- * for the ELSE branch, to anything else for THEN. Returns 0; above 0 to drop the frame; below 0 on
- * error. */
+ * for the ELSE branch, to anything else for THEN. Returns 0; another number is an error of the
+ * stream. */
 typedef int (*ml_pipeline_if_custom_cb)(const ml_tensors_data_h data, const ml_tensors_info_h info,
                                         int* result, void* user_data);
 /* Registers `cb`; `user_data` must stay valid until unregister has returned. */

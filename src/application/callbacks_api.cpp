@@ -61,15 +61,17 @@ int refuse(const weir_host* host, weir_error* error, const std::string& what) {
   return -WEIR_CALLBACK_FAILED;
 }
 
-// Runs `body`, which calls the program, if the callback is still registered.
+// Runs `body`, which calls the program, if the callback is still registered. A result that
+// `is_fault` accepts is an error.
 template <class Callback, class Body>
-int call(Callback& callback, const weir_host* host, weir_error* error, Body&& body) noexcept {
+int call(Callback& callback, const weir_host* host, weir_error* error, bool (*is_fault)(int),
+         Body&& body) noexcept {
   try {
     const infer::CallGate::Visit visit(callback.gate);
     if (!visit)
       return refuse(host, error, "the callback of " + callback.name + " is no longer registered");
     const int result = body();
-    if (result >= 0) return result;
+    if (!is_fault(result)) return result;
     return refuse(host, error,
                   "the callback of " + callback.name + " returned " + std::to_string(result));
   } catch (const std::exception& e) {
@@ -84,7 +86,8 @@ std::shared_ptr<TensorsData> lend(const weir_frame& frame, TensorsData::Access a
 int invoke(const weir_host* host, const weir_frame* in, weir_frame* out, void* data,
            weir_error* error) {
   auto& callback = **static_cast<std::shared_ptr<FilterCallback>*>(data);
-  return call(callback, host, error, [&] {
+  constexpr auto is_fault = [](int result) { return result < 0; };  // above 0: no output
+  return call(callback, host, error, is_fault, [&] {
     const LentHandle inputs(lend(*in, TensorsData::Access::ReadOnly));
     const LentHandle outputs(lend(*out, TensorsData::Access::ReadWrite));
     return callback.function(inputs.get(), outputs.get(), callback.data);
@@ -94,7 +97,8 @@ int invoke(const weir_host* host, const weir_frame* in, weir_frame* out, void* d
 int decide(const weir_host* host, const weir_frame* in, int* result, void* data,
            weir_error* error) {
   auto& callback = *static_cast<ConditionCallback*>(data);
-  return call(callback, host, error, [&] {
+  constexpr auto is_fault = [](int result) { return result != 0; };
+  return call(callback, host, error, is_fault, [&] {
     const auto frame = lend(*in, TensorsData::Access::ReadOnly);
     const LentHandle tensors(frame);
     const LentHandle info(std::make_shared<TensorsInfo>(frame->tensors()));
@@ -151,10 +155,17 @@ int unregister(void* handle, const char* what, CallbackKind kind, Free&& free_na
     const auto found = Handles::all().find<Registered>(handle, what);
     if (!found) return fail(found.error());
     auto& callback = (*found)->callback();
-    if (is_held({kind, callback.name})) return fail(in_use(callback.name));
-    if (const auto taken = Handles::all().take<Registered>(handle, what); !taken)
-      return fail(taken.error());
-    const int result = free_name(callback.name.c_str());
+    int result = 0;
+    Status status = ok();
+    const bool is_removed = remove_unless_held({kind, callback.name}, [&] {
+      const auto taken = Handles::all().take<Registered>(handle, what);
+      if (taken)
+        result = free_name(callback.name.c_str());
+      else
+        status = taken.error();
+    });
+    if (!is_removed) return fail(in_use(callback.name));
+    if (!status) return fail(status.error());
     callback.gate.close();
     return result < 0 ? fail(Refusal{ML_ERROR_STREAMS_PIPE, not_registered(callback.name)})
                       : static_cast<int>(ML_ERROR_NONE);
@@ -177,10 +188,12 @@ void release_callback(const CallbackName& name) {
   if (--holds.counts[name] == 0) holds.counts.erase(name);
 }
 
-bool is_held(const CallbackName& name) {
+bool remove_unless_held(const CallbackName& name, const std::function<void()>& remove) {
   auto& holds = all_holds();
   std::lock_guard lock(holds.mutex);
-  return holds.counts.contains(name);
+  if (holds.counts.contains(name)) return false;
+  remove();
+  return true;
 }
 
 }  // namespace weir::application

@@ -195,6 +195,33 @@ static void a_condition_of_the_program_decides(void) {
                 "if_custom is a handle that was destroyed or released");
 }
 
+static int return_seven(const ml_tensors_data_h data, const ml_tensors_info_h info, int* result,
+                        void* user_data) {
+  (void)data, (void)info, (void)user_data;
+  *result = 1;
+  return 7;
+}
+
+static void a_condition_that_returns_a_number_fails(void) {
+  ml_pipeline_if_h condition = NULL;
+  ml_pipeline_h pipe = NULL;
+  ml_pipeline_src_h src = NULL;
+  int result = ML_ERROR_NONE;
+  OK(ml_pipeline_tensor_if_custom_register("seven", return_seven, NULL, &condition));
+  OK(ml_pipeline_construct(
+      "appsrc name=in ! tensor_if name=i compared-value=CUSTOM compared-value-option=seven "
+      "then=PASSTHROUGH else=SKIP i.src_0 ! tensor_sink async=false",
+      NULL, NULL, &pipe));
+  OK(ml_pipeline_src_get_handle(pipe, "in", &src));
+  OK(ml_pipeline_start(pipe));
+  while (result == ML_ERROR_NONE)
+    result = ml_pipeline_src_input_data(src, two_floats(5), ML_PIPELINE_BUF_POLICY_AUTO_FREE);
+  CHECK(result == ML_ERROR_STREAMS_PIPE);
+  CHECK(strstr(last_error(), "the callback of seven returned 7"));
+  OK(ml_pipeline_destroy(pipe));
+  OK(ml_pipeline_tensor_if_custom_unregister(condition));
+}
+
 static void write_configuration(const char* path, const char* text) {
   FILE* file = fopen(path, "w");
   CHECK(file != NULL);
@@ -385,13 +412,54 @@ static void a_pipeline_is_destroyed_under_busy_threads(void) {
   CHECK(get_count(&seen.frames) == i);
 }
 
+typedef struct {
+  pthread_barrier_t begin;
+  ml_custom_easy_filter_h filter;
+  int result;
+} Unregistering;
+
+static void* unregister_it(void* data) {
+  Unregistering* other = data;
+  pthread_barrier_wait(&other->begin);
+  other->result = ml_pipeline_custom_easy_filter_unregister(other->filter);
+  return NULL;
+}
+
+/* A pipeline has its filter for its whole life, or is not constructed. */
+static void a_filter_is_unregistered_or_used(void) {
+  ml_tensors_info_h info = make_info(ML_TENSOR_TYPE_FLOAT32, 2, 0);
+  int round;
+  for (round = 0; round < 100; ++round) {
+    Unregistering other;
+    ml_pipeline_h pipe = NULL;
+    pthread_t thread;
+    int result;
+    CHECK(pthread_barrier_init(&other.begin, NULL, 2) == 0);
+    OK(ml_pipeline_custom_easy_filter_register("raced", info, info, twice, &invokes,
+                                               &other.filter));
+    CHECK(pthread_create(&thread, NULL, unregister_it, &other) == 0);
+    pthread_barrier_wait(&other.begin);
+    result = ml_pipeline_construct(
+        "appsrc ! tensor_filter framework=custom-easy model=raced ! fakesink", NULL, NULL, &pipe);
+    pthread_join(thread, NULL);
+    CHECK(result == ML_ERROR_NONE ? other.result == ML_ERROR_INVALID_PARAMETER
+                                  : result == ML_ERROR_STREAMS_PIPE);
+    if (result == ML_ERROR_NONE) OK(ml_pipeline_destroy(pipe));
+    if (other.result != ML_ERROR_NONE) OK(ml_pipeline_custom_easy_filter_unregister(other.filter));
+    pthread_barrier_destroy(&other.begin);
+  }
+  OK(ml_tensors_info_destroy(info));
+}
+
 int main(void) {
   a_filter_of_the_program_runs();
   a_filter_that_is_unregistered_is_called_no_more();
   a_filter_cannot_destroy_its_pipeline();
   a_condition_of_the_program_decides();
+  a_condition_that_returns_a_number_fails();
   only_elements_that_are_allowed();
   elements_with_a_configuration_out_of_reach();
   a_pipeline_is_destroyed_under_busy_threads();
+  a_filter_is_unregistered_or_used();
   return result_of_checks();
 }
