@@ -26,6 +26,12 @@ void log_faults(const config::NnstreamerConfiguration& configuration) {
   });
 }
 
+bool exists(const std::string& factory) {
+  GstElementFactory* const found = gst_element_factory_find(factory.c_str());
+  if (found) gst_object_unref(found);
+  return found != nullptr;
+}
+
 bool is_own(const std::string& factory) {
   GstElementFactory* const found = gst_element_factory_find(factory.c_str());
   if (!found) return false;
@@ -79,7 +85,22 @@ Status ElementRestriction::check(const std::string& factory) const {
 
 Status ElementRestriction::check_text(const char* text) const {
   if (!enabled_) return ok();
-  for (const auto& factory : launch_elements(text).factories)
+  for (const auto& factory : launch_elements(text).outside_bins)
+    if (exists(factory))
+      if (auto status = check(factory); !status) return status;
+  return ok();
+}
+
+Status ElementRestriction::check_children(GstElement* pipeline) const {
+  if (!enabled_) return ok();
+  std::vector<std::string> factories;
+  GST_OBJECT_LOCK(pipeline);
+  for (const GList* at = GST_BIN_CHILDREN(pipeline); at; at = at->next) {
+    GstElementFactory* const factory = gst_element_get_factory(GST_ELEMENT(at->data));
+    factories.emplace_back(factory ? GST_OBJECT_NAME(factory) : G_OBJECT_TYPE_NAME(at->data));
+  }
+  GST_OBJECT_UNLOCK(pipeline);
+  for (const auto& factory : factories)
     if (auto status = check(factory); !status) return status;
   return ok();
 }

@@ -2,6 +2,8 @@
 // (docs/compatibility/app-api.md 8.1).
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
+#include <gst/gst.h>
+
 #include <string>
 #include <vector>
 
@@ -21,8 +23,12 @@ class ElementRestriction {
   bool allows(const std::string& factory) const;
   // OPTION_VALUE: it does not allow this factory.
   Status check(const std::string& factory) const;
-  // Checks every name in the text of a pipeline. Bins, and the capsfilters of caps, have none.
+  // Checks the names of elements in the text of a pipeline, before any is made. Names in
+  // parentheses are those of a bin's children, which are not checked. Some elements have no name
+  // there: bins, the capsfilters of caps, sources and sinks of a URI.
   Status check_text(const char* text) const;
+  // Checks the elements that lie directly in the pipeline.
+  Status check_children(GstElement* pipeline) const;
 
  private:
   bool enabled_ = false;

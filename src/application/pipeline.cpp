@@ -60,26 +60,24 @@ std::variant<std::shared_ptr<Pipeline>, Refusal> Pipeline::construct(const char*
   CError error;
   const int result = weir_pipeline_parse(text, &out->pipeline_, error.place());
   if (result < 0) return Refusal{ML_ERROR_STREAMS_PIPE, error.take(result)};
-  if (auto status = out->connect(*restriction); !status)
+  const ElementRef pipeline(weir_pipeline_get_element(out->pipeline_, nullptr));
+  if (auto status = restriction->check_children(pipeline.get()); !status)
     return Refusal{ML_ERROR_NOT_SUPPORTED, status.error()};
   if (auto status = out->prepare(); !status) return Refusal{ML_ERROR_STREAMS_PIPE, status.error()};
+  if (auto status = out->connect(); !status) return refusal(status.error());
   return out;
 }
 
-// Connects the sinks and holds the callbacks that elements use. OPTION_VALUE: an element of the
-// pipeline is not allowed; those inside bins are not looked at.
-Status Pipeline::connect(const ElementRestriction& restriction) {
+// Connects the sinks and holds the callbacks that elements use.
+Status Pipeline::connect() {
   const auto elements = list_elements(pipeline_);
   if (!elements) return elements.error();
   for (const auto& element : *elements) {
-    if (element.depth == 0) {
-      if (auto status = restriction.check(element.kind); !status) return status;
-      kinds_.emplace(element.name, element.kind);
-    }
+    if (element.depth == 0) kinds_.emplace(element.name, element.kind);
     hold(element.name, element.kind);
     const ElementRef found(weir_pipeline_get_element(pipeline_, element.name.c_str()));
-    if (found) g_object_set_data(G_OBJECT(found.get()), kDropsUnreadable, found.get());
     if (element.kind != "tensor_sink" && element.kind != "appsink") continue;
+    if (found) g_object_set_data(G_OBJECT(found.get()), kDropsUnreadable, found.get());
     auto& sink = sinks_[element.name] = std::make_unique<SinkCallbacks>(this);
     CError error;
     const int result = weir_pipeline_on_frame(pipeline_, element.name.c_str(),

@@ -91,7 +91,7 @@ class Pipeline : public Object, public std::enable_shared_from_this<Pipeline> {
  private:
   Pipeline() = default;
   void leave();
-  Status connect(const ElementRestriction& restriction);
+  Status connect();
   void hold(const std::string& name, const std::string& kind);
   Status prepare();
   static void on_state(int state, void* self);

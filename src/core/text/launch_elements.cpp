@@ -106,6 +106,8 @@ class Scanner {
 
   void other() {
     if (!is_blank(text_[at_])) in_pads_ = false;
+    if (text_[at_] == '(') ++depth_;
+    if (text_[at_] == ')' && depth_ > 0) --depth_;
     ++at_;
   }
 
@@ -135,13 +137,19 @@ class Scanner {
     at_ = end;
     if (has(dot, ".") && has(blanks_end(dot + 1), "(")) {  // "bin.("
       at_ = blanks_end(dot + 1) + 1;
-      out_.factories.emplace_back(word);
+      add(word);
+      ++depth_;
     } else if (has(end, ".")) {  // "name." and "name.pad"
       at_ = identifier_end(end + 1);
       in_pads_ = true;
     } else {
-      out_.factories.emplace_back(word);
+      add(word);
     }
+  }
+
+  void add(std::string_view factory) {
+    out_.factories.emplace_back(factory);
+    if (depth_ == 0) out_.outside_bins.emplace_back(factory);
   }
 
   bool follows_comma() const {
@@ -177,6 +185,7 @@ class Scanner {
   const std::string_view text_;
   size_t at_ = 0;
   bool in_pads_ = false;  // names after a comma are pads
+  size_t depth_ = 0;      // of parentheses
   LaunchElements out_;
 };
 

@@ -11,9 +11,10 @@ struct LaunchElements {
   struct Property {
     std::string factory, name, value;  // value without quotes and backslashes
   };
-  std::vector<std::string> factories;    // in the order of the text
-  std::vector<std::string> uri_schemes;  // "file" of file:///x, which creates a source or a sink
-  std::vector<Property> properties;      // properties of the factories
+  std::vector<std::string> factories;     // in the order of the text
+  std::vector<std::string> outside_bins;  // those of them that no parentheses enclose
+  std::vector<std::string> uri_schemes;   // "file" of file:///x, which creates a source or a sink
+  std::vector<Property> properties;       // properties of the factories
 };
 
 // For a check before anything is created, so it is conservative: the result contains every factory

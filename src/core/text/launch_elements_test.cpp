@@ -66,6 +66,13 @@ TEST(LaunchElements, AreCreatedFromUris) {
   EXPECT_EQ(found.factories, (Names{"a"}));
 }
 
+TEST(LaunchElements, AreOutsideBinsWithoutParentheses) {
+  const auto outside = [](std::string_view text) { return launch_elements(text).outside_bins; };
+  EXPECT_EQ(outside("a ! ( b ! ( c ) ! d ) ! e"), (Names{"a", "e"}));
+  EXPECT_EQ(outside("bin.( a ! b ) c"), (Names{"bin", "c"}));
+  EXPECT_EQ(outside(") a ( b"), (Names{"a"}));
+}
+
 TEST(LaunchElements, HaveProperties) {
   const auto found = launch_elements(R"(playbin uri=file:///x video-sink="a ! b location=\"c\"")");
   EXPECT_EQ(found.factories, (Names{"playbin"}));
