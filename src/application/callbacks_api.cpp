@@ -10,6 +10,7 @@
 #include "core/process/process_object.hpp"
 #include "library/process.h"
 #include "ml_error.hpp"
+#include "sink_callbacks.hpp"
 #include "tensors_data.hpp"
 #include "weir/c_error.hpp"
 #include "weir/custom_condition.h"
@@ -70,6 +71,8 @@ int call(Callback& callback, const weir_host* host, weir_error* error, bool (*is
     const infer::CallGate::Visit visit(callback.gate);
     if (!visit)
       return refuse(host, error, "the callback of " + callback.name + " is no longer registered");
+    const void* const outer = pipeline_of_callback();
+    const InCallback here(outer ? outer : &kSomePipeline);
     const int result = body();
     if (!is_fault(result)) return result;
     return refuse(host, error,

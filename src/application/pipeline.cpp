@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "pipeline.hpp"
 
+#include <algorithm>
 #include <memory>
 #include <utility>
 
@@ -11,11 +12,11 @@
 namespace weir::application {
 namespace {
 
-struct Named {
 // Object data of a sink for libweir-pipeline (frame_sink.hpp): it drops frames that do not match
 // their caps.
 constexpr char kDropsUnreadable[] = "weir-drops-unreadable-frames";
 
+struct Named {
   std::string name, kind;
   int depth;
 };
@@ -63,8 +64,8 @@ std::variant<std::shared_ptr<Pipeline>, Refusal> Pipeline::construct(const char*
   const ElementRef pipeline(weir_pipeline_get_element(out->pipeline_, nullptr));
   if (auto status = restriction->check_children(pipeline.get()); !status)
     return Refusal{ML_ERROR_NOT_SUPPORTED, status.error()};
-  if (auto status = out->prepare(); !status) return Refusal{ML_ERROR_STREAMS_PIPE, status.error()};
   if (auto status = out->connect(); !status) return refusal(status.error());
+  if (auto status = out->prepare(); !status) return Refusal{ML_ERROR_STREAMS_PIPE, status.error()};
   return out;
 }
 
@@ -75,8 +76,8 @@ Status Pipeline::connect() {
   for (const auto& element : *elements) {
     if (element.depth == 0) kinds_.emplace(element.name, element.kind);
     hold(element.name, element.kind);
-    const ElementRef found(weir_pipeline_get_element(pipeline_, element.name.c_str()));
     if (element.kind != "tensor_sink" && element.kind != "appsink") continue;
+    const ElementRef found(weir_pipeline_get_element(pipeline_, element.name.c_str()));
     if (found) g_object_set_data(G_OBJECT(found.get()), kDropsUnreadable, found.get());
     auto& sink = sinks_[element.name] = std::make_unique<SinkCallbacks>(this);
     CError error;
@@ -129,7 +130,30 @@ Refusal Pipeline::refused(const Error& error) const {
   return Refusal{ML_ERROR_STREAMS_PIPE, error};
 }
 
+// An error or an end of the stream is forgotten only by a restart. A restart is refused on a
+// streaming thread, which a filter's callback may be.
 Status Pipeline::flush() {
+  const bool has_failed_or_ended =
+      weir_pipeline_wait(pipeline_, 0, nullptr) != WEIR_PIPELINE_TIME_PASSED;
+  const bool is_over =
+      has_failed_or_ended || std::any_of(kinds_.begin(), kinds_.end(), [this](const auto& each) {
+        return each.second == "appsrc" && has_ended(each.first);
+      });
+  if (is_over || pipeline_of_callback() == &kSomePipeline || !flush_by_events()) return restart();
+  return ok();
+}
+
+// Returns false if an element refuses.
+bool Pipeline::flush_by_events() {
+  if (weir_pipeline_pause(pipeline_, nullptr) < 0) return false;
+  const ElementRef pipeline(weir_pipeline_get_element(pipeline_, nullptr));
+  const bool has_started = gst_element_send_event(pipeline.get(), gst_event_new_flush_start());
+  const bool has_stopped = gst_element_send_event(pipeline.get(), gst_event_new_flush_stop(TRUE));
+  return has_started && has_stopped;
+}
+
+// Pauses the pipeline after NULL.
+Status Pipeline::restart() {
   CError error;
   if (auto status = error.status(weir_pipeline_stop(pipeline_, error.place())); !status)
     return status;
@@ -231,9 +255,23 @@ void Pipeline::close() {
   std::unique_lock lock(mutex_);
   left_.wait(lock, [this] { return uses_ == 0; });
   weir_pipeline* pipeline = std::exchange(pipeline_, nullptr);
+  const auto parts = std::exchange(parts_, {});
   lock.unlock();
+  for (void* part : parts) (void)Handles::all().take<Object>(part, "part");
   weir_pipeline_free(pipeline);
   for (const auto& name : std::exchange(held_, {})) release_callback(name);
+}
+
+void* Pipeline::add_part(std::shared_ptr<Object> part) {
+  void* const handle = Handles::all().add(std::move(part));
+  std::lock_guard lock(mutex_);
+  parts_.insert(handle);
+  return handle;
+}
+
+void Pipeline::remove_part(void* handle) {
+  std::lock_guard lock(mutex_);
+  parts_.erase(handle);
 }
 
 SinkCallbacks* Pipeline::sink(const std::string& name) const {
@@ -259,25 +297,11 @@ Status check_kind(const Pipeline::Use& pipeline, const char* name, const std::st
   const std::string kind = pipeline->get_kind(name);
   const bool any = kinds.empty() || kinds == kind || kinds.starts_with(kind + " or ") ||
                    kinds.ends_with(" or " + kind);
-  const auto parts = std::exchange(parts_, {});
   if (any && (kinds.empty() || !kind.empty())) return ok();
-  for (void* part : parts) (void)Handles::all().take<Object>(part, "part");
   return Error{
       .code = Code::OPTION_VALUE,
       .what = "the element " + std::string(name) + " does not support this call",
       .offered = kind.empty() ? "an element inside a bin, not in the pipeline description" : kind,
-void* Pipeline::add_part(std::shared_ptr<Object> part) {
-  void* const handle = Handles::all().add(std::move(part));
-  std::lock_guard lock(mutex_);
-  parts_.insert(handle);
-  return handle;
-}
-
-void Pipeline::remove_part(void* handle) {
-  std::lock_guard lock(mutex_);
-  parts_.erase(handle);
-}
-
       .needed = kinds};
 }
 

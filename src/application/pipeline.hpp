@@ -92,6 +92,8 @@ class Pipeline : public Object, public std::enable_shared_from_this<Pipeline> {
   Pipeline() = default;
   void leave();
   Status connect();
+  bool flush_by_events();
+  Status restart();
   void hold(const std::string& name, const std::string& kind);
   Status prepare();
   static void on_state(int state, void* self);
@@ -105,9 +107,9 @@ class Pipeline : public Object, public std::enable_shared_from_this<Pipeline> {
 
   mutable std::mutex mutex_;  // guards the rest
   std::set<std::string> ended_;
+  std::set<void*> parts_;  // handles
   std::vector<std::weak_ptr<SourceEvents>> events_;
   std::condition_variable left_;
-  std::set<void*> parts_;  // handles
   size_t uses_ = 0;
   bool closed_ = false;
 };

@@ -36,6 +36,8 @@ class SinkCallbacks {
   std::vector<std::shared_ptr<SinkCallback>> callbacks_;
 };
 
+// Stands for the pipeline of a callback that belongs to no single one: a filter or a condition.
+inline constexpr char kSomePipeline = 0;
 // Returns the pipeline whose callback runs on this thread; null: none.
 const void* pipeline_of_callback() noexcept;
 // Marks the scope of a callback.

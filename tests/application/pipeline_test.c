@@ -41,45 +41,79 @@ static void frames_go_in_and_come_out(const char* text) {
   CHECK_REFUSED(ml_pipeline_sink_unregister(sink), ML_ERROR_INVALID_PARAMETER, "was destroyed");
 }
 
-static void states_are_reported(ml_pipeline_state_e state, void* user_data) {
-  Counter* counter = user_data; /* sum of the states: READY 2, PAUSED 3, PLAYING 4 */
-  int i;
-  for (i = 0; i < (int)state; ++i) raise_count(counter);
+typedef struct {
+  Counter count;
+  ml_pipeline_state_e states[16];
+} States;
+
+static void record_state(ml_pipeline_state_e state, void* user_data) {
+  States* states = user_data;
+  const int at = get_count(&states->count); /* one thread at a time changes the state */
+  CHECK(at < 16);
+  if (at < 16) states->states[at] = state;
+  raise_count(&states->count);
+}
+
+/* Waits for the next state that is reported, and expects that it is that of the pipeline. */
+static void expect_state(States* states, int at, ml_pipeline_h pipe, ml_pipeline_state_e wanted) {
+  ml_pipeline_state_e state = ML_PIPELINE_STATE_UNKNOWN;
+  wait_for(&states->count, at);
+  CHECK(get_count(&states->count) == at);
+  CHECK(states->states[at - 1] == wanted);
+  OK(ml_pipeline_get_state(pipe, &state));
+  CHECK(state == wanted);
 }
 
 static void states_follow_the_calls(void) {
-  Counter sum = COUNTER;
+  States states = {COUNTER, {ML_PIPELINE_STATE_UNKNOWN}};
   ml_pipeline_h pipe = NULL;
   ml_pipeline_state_e state;
-  OK(ml_pipeline_construct("videotestsrc is-live=true ! fakesink", states_are_reported, &sum,
-                           &pipe));
-  wait_for(&sum, 2 + 3);
-  OK(ml_pipeline_get_state(pipe, &state));
-  CHECK(state == ML_PIPELINE_STATE_PAUSED);
-  OK(ml_pipeline_stop(pipe));
-  OK(ml_pipeline_get_state(pipe, &state));
-  CHECK(state == ML_PIPELINE_STATE_PAUSED);
+  OK(ml_pipeline_construct("videotestsrc is-live=true ! fakesink", record_state, &states, &pipe));
+  expect_state(&states, 2, pipe, ML_PIPELINE_STATE_PAUSED);
+  CHECK(states.states[0] == ML_PIPELINE_STATE_READY);
+  OK(ml_pipeline_stop(pipe)); /* changes nothing */
   OK(ml_pipeline_start(pipe));
-  wait_for(&sum, 2 + 3 + 4);
-  OK(ml_pipeline_get_state(pipe, &state));
-  CHECK(state == ML_PIPELINE_STATE_PLAYING);
+  expect_state(&states, 3, pipe, ML_PIPELINE_STATE_PLAYING);
   OK(ml_pipeline_stop(pipe));
-  wait_for(&sum, 2 + 3 + 4 + 3);
-  OK(ml_pipeline_get_state(pipe, &state));
-  CHECK(state == ML_PIPELINE_STATE_PAUSED);
-  OK(ml_pipeline_flush(pipe, false));
-  wait_for(&sum, 2 + 3 + 4 + 3 + 2 + 3);
-  OK(ml_pipeline_get_state(pipe, &state));
-  CHECK(state == ML_PIPELINE_STATE_PAUSED);
+  expect_state(&states, 4, pipe, ML_PIPELINE_STATE_PAUSED);
+  OK(ml_pipeline_flush(pipe, false)); /* changes nothing */
   OK(ml_pipeline_flush(pipe, true));
-  wait_for(&sum, 2 + 3 + 4 + 3 + 2 + 3 + 2 + 3 + 4);
-  OK(ml_pipeline_get_state(pipe, &state));
-  CHECK(state == ML_PIPELINE_STATE_PLAYING);
+  expect_state(&states, 5, pipe, ML_PIPELINE_STATE_PLAYING);
+  OK(ml_pipeline_flush(pipe, false));
+  expect_state(&states, 6, pipe, ML_PIPELINE_STATE_PAUSED);
   OK(ml_pipeline_destroy(pipe));
   /* A pipeline whose sinks wait for their first frame is not paused yet. */
   OK(ml_pipeline_construct("appsrc ! fakesink", NULL, NULL, &pipe));
   OK(ml_pipeline_get_state(pipe, &state));
   CHECK(state == ML_PIPELINE_STATE_READY);
+  OK(ml_pipeline_destroy(pipe));
+}
+
+/* What a flush has discarded does not arrive; the running time begins again. */
+static void a_flush_discards_frames_and_keeps_the_elements(void) {
+  Seen seen = SEEN;
+  ml_pipeline_h pipe = construct("appsrc name=in ! tensor_sink name=out");
+  ml_pipeline_src_h src = NULL;
+  int i;
+  OK(ml_pipeline_sink_register(pipe, "out", see, &seen, &seen.sink));
+  OK(ml_pipeline_src_get_handle(pipe, "in", &src));
+  for (i = 0; i < 4; ++i)
+    OK(ml_pipeline_src_input_data(src, two_floats(1), ML_PIPELINE_BUF_POLICY_AUTO_FREE));
+  OK(ml_pipeline_flush(pipe, false));
+  OK(ml_pipeline_src_input_data(src, two_floats(2), ML_PIPELINE_BUF_POLICY_AUTO_FREE));
+  OK(ml_pipeline_start(pipe));
+  wait_for(&seen.frames, 1);
+  CHECK(seen.last == 2);
+  OK(ml_pipeline_flush(pipe, true));
+  OK(ml_pipeline_src_input_data(src, two_floats(3), ML_PIPELINE_BUF_POLICY_AUTO_FREE));
+  wait_for(&seen.frames, 2);
+  CHECK(seen.last == 3);
+  /* After the end of the stream it can begin again. */
+  OK(ml_pipeline_src_input_data_eos(src));
+  OK(ml_pipeline_flush(pipe, true));
+  OK(ml_pipeline_src_input_data(src, two_floats(4), ML_PIPELINE_BUF_POLICY_AUTO_FREE));
+  wait_for(&seen.frames, 3);
+  CHECK(seen.last == 4);
   OK(ml_pipeline_destroy(pipe));
 }
 
@@ -179,6 +213,7 @@ static void callbacks_may_call(void) {
   OK(ml_pipeline_src_input_data(src, two_floats(2), ML_PIPELINE_BUF_POLICY_AUTO_FREE));
   wait_for(&other.frames, 2);
   CHECK(get_count(&seen.frames) == 1);
+  OK(ml_pipeline_destroy(pipe));
   CHECK_REFUSED(ml_pipeline_sink_unregister(seen.sink), ML_ERROR_INVALID_PARAMETER,
                 "sink_handle is a handle that was destroyed or released");
   CHECK_REFUSED(ml_pipeline_sink_unregister(other.sink), ML_ERROR_INVALID_PARAMETER,
@@ -201,7 +236,6 @@ static void texts_and_names_are_refused(void) {
   CHECK_REFUSED(ml_pipeline_construct("fakesink", NULL, NULL, NULL), ML_ERROR_INVALID_PARAMETER,
                 "pipe is a null pointer");
   CHECK_REFUSED(ml_pipeline_start(NULL), ML_ERROR_INVALID_PARAMETER, "pipe is a null pointer");
-  OK(ml_pipeline_destroy(pipe));
   CHECK_REFUSED(ml_pipeline_start(data), ML_ERROR_INVALID_PARAMETER,
                 "pipe is a handle of a different type");
   pipe = construct("appsrc name=in ! tensor_sink name=out sync=false");
@@ -290,20 +324,6 @@ static void elements_and_frameworks_are_available(void) {
                 ML_ERROR_INVALID_PARAMETER, "available is a null pointer");
 }
 
-int main(void) {
-  frames_go_in_and_come_out("appsrc name=in ! tensor_sink name=out sync=false");
-  frames_go_in_and_come_out(
-      "appsrc name=in ! tensor_transform mode=typecast option=float32 ! appsink name=out "
-      "sync=false");
-  states_follow_the_calls();
-  a_frame_that_does_not_fit_its_caps_is_dropped();
-  a_failed_element_is_the_error_of_the_state();
-  callbacks_may_call();
-  texts_and_names_are_refused();
-  a_pipeline_that_cannot_be_paused_is_refused();
-  elements_and_frameworks_are_available();
-  return result_of_checks();
-}
 /* The engine is there, and its library is not. */
 static void a_framework_without_its_library_is_not_available(void) {
   const char* const folder = getenv("WEIR_ENGINES_DIR");
@@ -319,4 +339,19 @@ static void a_framework_without_its_library_is_not_available(void) {
   free(before);
 }
 
+int main(void) {
   a_framework_without_its_library_is_not_available();
+  frames_go_in_and_come_out("appsrc name=in ! tensor_sink name=out sync=false");
+  frames_go_in_and_come_out(
+      "appsrc name=in ! tensor_transform mode=typecast option=float32 ! appsink name=out "
+      "sync=false");
+  states_follow_the_calls();
+  a_flush_discards_frames_and_keeps_the_elements();
+  a_frame_that_does_not_fit_its_caps_is_dropped();
+  a_failed_element_is_the_error_of_the_state();
+  callbacks_may_call();
+  texts_and_names_are_refused();
+  a_pipeline_that_cannot_be_paused_is_refused();
+  elements_and_frameworks_are_available();
+  return result_of_checks();
+}
