@@ -13,12 +13,18 @@ static int failed_checks;
 /* Flushes, so that reports survive a crash in a later line. */
 #define REPORT(...) (printf(__VA_ARGS__), fflush(stdout))
 
+static __thread char kept_error[4096]; /* each thread has its own last error */
+
 /* The text of the last failure. ml_error() returns it only once. */
 static inline const char* last_error(void) {
-  static __thread char kept[4096]; /* each thread has its own last error */
   const char* text = ml_error();
-  if (text) snprintf(kept, sizeof kept, "%s", text);
-  return kept;
+  if (text) snprintf(kept_error, sizeof kept_error, "%s", text);
+  return kept_error;
+}
+
+static inline void forget_last_error(void) {
+  (void)ml_error();
+  kept_error[0] = '\0';
 }
 
 #define CHECK(condition)                                               \
@@ -30,11 +36,13 @@ static inline const char* last_error(void) {
     }                                                                  \
   } while (0)
 
-/* The call returns `number`, and ml_error() contains these words. */
+/* The call returns `number`, and its ml_error() contains these words, at least one. */
 #define CHECK_REFUSED(call, number, words)                                                    \
   do {                                                                                        \
-    const int result_ = (call);                                                               \
-    if (result_ != (number) || !strstr(last_error(), words)) {                                \
+    int result_;                                                                              \
+    forget_last_error();                                                                      \
+    result_ = (call);                                                                         \
+    if (result_ != (number) || !*(words) || !strstr(last_error(), words)) {                   \
       REPORT("%s:%d: %s gave %d with: %s\n  wanted %d with: %s\n", __FILE__, __LINE__, #call, \
              result_, last_error(), (int)(number), words);                                    \
       ++failed_checks;                                                                        \

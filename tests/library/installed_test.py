@@ -172,6 +172,18 @@ class Installed(unittest.TestCase):
         self.assertEqual(done.returncode, 0, done.stderr)
         done = self.start("old")
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        # One for single models needs only these two, which have no function of their own here.
+        two = ("capi-ml-common", "capi-ml-inference-single")
+        (folder / "old.c").write_text("".join(f"int {calls[library]}(void*);\n" for library in two) + "int main(void) { return " +
+                                      " || ".join(f"{calls[library]}(0) != -22" for library in two) + "; }\n")
+        done = run(*compiler, folder / "old.c", "-o", folder / "old", f"-L{folder}", *(f"-l{library}" for library in two))
+        self.assertEqual(done.returncode, 0, done.stderr)
+        needed = run("readelf", "-d", folder / "old").stdout
+        self.assertNotIn("capi-nnstreamer", needed)
+        for library in two:
+            self.assertIn(f"lib{library}.so.1", needed)
+        done = self.start("old")
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
 
     def test_a_program_on_nnstreamers_application_api_runs(self):
         done = self.start("application_api.c", "tensor_filter framework=custom-easy model=twice")
