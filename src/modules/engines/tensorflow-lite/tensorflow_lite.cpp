@@ -15,8 +15,8 @@ struct TensorflowLiteEngine {
   static constexpr const char* kOptions = R"([
     {"name": "NumThreads", "type": "integer", "default": "by the size of the model", "help": "threads of one invoke"},
     {"name": "Delegate", "type": "XNNPACK|None", "default": "XNNPACK", "help": "what runs the operators"},
-    {"name": "Resize", "type": "boolean", "default": "false",
-     "help": "inputs have the stream's shape even if the file has a fixed one"},
+    {"name": "Resize", "type": "true|false|rank", "default": "false",
+     "help": "inputs have the stream's shape even if the file has a fixed one; rank: also another number of dimensions"},
     {"name": "Lowering", "type": "onnxruntime|None", "default": "None",
      "help": "a quantised graph is translated for ONNX Runtime; results differ by a few steps"}])";
   using Model = TfliteModel;

@@ -2,6 +2,7 @@
 #include "tensorflow-lite/tflite_options.hpp"
 
 #include <algorithm>
+#include <utility>
 
 #include "store_option.hpp"
 #include "usable_cores.hpp"
@@ -27,8 +28,11 @@ Status apply(const weir_option& option, TfliteOptions* out) {
     out->resize = out->resize_rank = true;
     return ok();
   }
-  if (equals_ignoring_case(key, "Resize"))
-    return store_option(switch_option(key, value), &out->resize);
+  if (equals_ignoring_case(key, "Resize")) {
+    if (auto resize = switch_option(key, value))
+      return store_option(std::move(resize), &out->resize);
+    return bad_option(key, value, "true, false or rank", "rank");
+  }
   if (equals_ignoring_case(key, "Delegate")) {
     choose_delegate(value, out);
   } else if (!equals_ignoring_case(key, "Lowering")) {  // parsed in tflite_choice.cpp
