@@ -8,7 +8,9 @@
 #include <utility>
 #include <vector>
 
+#include "core/direct/direct_model.hpp"
 #include "core/infer/module/custom_options.hpp"
+#include "core/infer/module/known_engines.hpp"
 #include "core/infer/module/module_library.hpp"
 #include "core/text/text.hpp"
 #include "nnfw.hpp"
@@ -17,6 +19,8 @@
 
 namespace weir::application {
 namespace {
+
+constexpr int64_t kNanoseconds = 1'000'000;  // of a millisecond
 
 using Pairs = std::vector<std::pair<std::string, std::string>>;
 using Describe = int (*)(const weir_loaded_model*, uint32_t, weir_tensor_info*);
@@ -177,7 +181,7 @@ Refusal cannot_open(const Error& error) {
 
 // A call during an invoke that has timed out may be tried again.
 Refusal cannot_invoke(const Error& error) {
-  if (error.code == Code::WORKER_TIMEOUT && error.what != "the model timed out")
+  if (error.code == Code::WORKER_TIMEOUT && error.what != direct::kInvokeTimedOut)
     return Refusal{ML_ERROR_TRY_AGAIN, error};
   return refusal(in_calls_of_this_face(error));
 }
@@ -250,9 +254,8 @@ Single::Outcome<std::shared_ptr<Single>> Single::open(SingleRequest request) {
 }
 
 Single::Single(Model model, SingleRequest request)
-    : request_(std::move(request)), model_(std::move(model)) {
-  const auto infos = input_infos(model_);
-  has_open_inputs_ = !std::all_of(infos.begin(), infos.end(), known);
+    : request_(std::move(request)), model_(std::move(model)), declared_(input_infos(model_)) {
+  has_open_inputs_ = !std::all_of(declared_.begin(), declared_.end(), known);
 }
 
 // `resizable`: the shapes of the inputs are open, whatever the file says.
@@ -305,36 +308,42 @@ TensorSpecs Single::outputs() const {
   return to_specs(output_infos(model()));
 }
 
-Result<Single::Model> Single::resized(const TensorSpecs& wanted) const {
-  auto opened = load(request_, true);
-  if (!opened) return opened;
-  if (auto status = reshape(*opened, wanted, input_infos(*opened)); !status) return status.error();
-  return opened;
+// The model again, with inputs of any shape.
+Single::Outcome<Single::Done> Single::replace_model(const TensorSpecs& wanted) {
+  const auto other = load(request_, true);
+  if (!other) return invalid(other.error());
+  auto declared = input_infos(*other);
+  if (auto status = reshape(*other, wanted, declared); !status) return invalid(status.error());
+  std::lock_guard lock(mutex_);
+  weir_model_set_timeout(other->get(), timeout_ms_ * kNanoseconds);
+  model_ = *other;
+  declared_ = std::move(declared);
+  return Done();
 }
 
 Single::Outcome<Single::Done> Single::set_inputs(const TensorSpecs& wanted) {
+  std::lock_guard lock(inputs_mutex_);
+  return change_inputs(wanted);
+}
+
+Single::Outcome<Single::Done> Single::change_inputs(const TensorSpecs& wanted) {
   const auto current = model();
   const auto now = to_specs(input_infos(current));
   if (!has_open_inputs_ && first_difference(wanted, now).empty()) return Done();
-  Status status = reshape(current, wanted, input_infos(current));
+  const Status status = reshape(current, wanted, declared_);
   if (status) return Done();
+  if (status.error().code == Code::WORKER_TIMEOUT) return cannot_invoke(status.error());
   const bool differs_in_shape =
       wanted.size() == now.size() &&
       std::equal(wanted.begin(), wanted.end(), now.begin(),
                  [](const auto& a, const auto& b) { return a.type == b.type; });
   if (!differs_in_shape || has_open_inputs_) return invalid(status.error());
-  if (request_.framework != "tensorflow-lite") return unsupported(status.error());
-  auto other = resized(wanted);
-  if (!other) return invalid(other.error());
-  std::lock_guard lock(mutex_);
-  constexpr int64_t kNanoseconds = 1'000'000;
-  weir_model_set_timeout(other->get(), timeout_ms_ * kNanoseconds);
-  model_ = *std::move(other);
-  return Done();
+  const auto* engine = infer::known_engine(request_.framework);
+  if (!engine || engine->name != "tensorflow-lite") return unsupported(status.error());
+  return replace_model(wanted);
 }
 
 void Single::set_timeout(unsigned ms) noexcept {
-  constexpr int64_t kNanoseconds = 1'000'000;
   std::lock_guard lock(mutex_);
   timeout_ms_ = ms;
   weir_model_set_timeout(model_.get(), ms * kNanoseconds);
@@ -387,12 +396,29 @@ Single::Outcome<Single::Done> Single::invoke_into(const TensorsData& input,
 
 Single::Outcome<std::shared_ptr<TensorsData>> Single::invoke_dynamic(const TensorsData& input,
                                                                      const TensorSpecs& inputs) {
-  const auto before = this->inputs();
-  auto set = set_inputs(inputs);
+  std::lock_guard lock(inputs_mutex_);
+  const auto before = model();
+  const auto declared_before = declared_;
+  auto infos_before = input_infos(before);
+  auto set = change_inputs(inputs);
   if (auto* refused = std::get_if<Refusal>(&set)) return std::move(*refused);
   auto out = invoke(input);
-  if (std::holds_alternative<Refusal>(out)) (void)set_inputs(before);
+  if (std::holds_alternative<Refusal>(out))
+    restore(before, declared_before, std::move(infos_before));
   return out;
+}
+
+// Where the shapes were open, they are open again. Not possible while an invoke that has timed out
+// goes on.
+void Single::restore(const Model& model, const std::vector<weir_tensor_info>& declared,
+                     std::vector<weir_tensor_info> infos) {
+  for (auto& info : infos)
+    if (!known(info)) info.rank = WEIR_RANK_UNKNOWN;
+  (void)weir_model_reshape(model.get(), infos.data(), static_cast<uint32_t>(infos.size()), nullptr);
+  std::lock_guard lock(mutex_);
+  weir_model_set_timeout(model.get(), timeout_ms_ * kNanoseconds);
+  model_ = model;
+  declared_ = declared;
 }
 
 }  // namespace weir::application

@@ -62,16 +62,22 @@ class Single : public Object {
   Single(Model model, SingleRequest request);
   static Result<Model> load(const SingleRequest& request, bool resizable);
   Status agree() const;
-  // Opens the model again, with inputs of any shape, and sets them.
-  Result<Model> resized(const TensorSpecs& wanted) const;
+  Outcome<Done> replace_model(const TensorSpecs& wanted);
+  // Requires inputs_mutex_.
+  Outcome<Done> change_inputs(const TensorSpecs& wanted);
+  void restore(const Model& model, const std::vector<weir_tensor_info>& declared,
+               std::vector<weir_tensor_info> infos);
   Model model() const;
 
   const SingleRequest request_;
   bool has_open_inputs_ = false;  // the model's file leaves shapes open
   infer::CallGate gate_;
+  std::mutex inputs_mutex_;   // held while the inputs change; taken before mutex_
   mutable std::mutex mutex_;  // guards the rest
   Model model_;
   unsigned timeout_ms_ = 0;
+  // The inputs of model_ as its file has them, with what it leaves open; guarded by inputs_mutex_.
+  std::vector<weir_tensor_info> declared_;
 };
 
 }  // namespace weir::application

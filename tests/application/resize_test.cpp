@@ -120,6 +120,35 @@ TEST_F(Resize, AModelTakesShapesOfAnyRank) {
   }
 }
 
+// The rank is that of the info, not that of the inputs before.
+TEST_F(Resize, TheInputsDoNotDependOnThoseBefore) {
+  ASSERT_EQ(open(1), ML_ERROR_NONE) << ml_error();
+  const auto input = [this] {
+    char* text = nullptr;
+    EXPECT_EQ(ml_single_get_property(single_, "input", &text), ML_ERROR_NONE);
+    const std::string out = text ? text : "";
+    free(text);
+    return out;
+  };
+  ASSERT_EQ(ml_single_set_input_info(single_, info({5})), ML_ERROR_NONE) << ml_error();
+  const auto fresh = input();
+  ASSERT_EQ(ml_single_set_input_info(single_, info({5, 2, 3, 4})), ML_ERROR_NONE) << ml_error();
+  ASSERT_EQ(ml_single_set_input_info(single_, info({5})), ML_ERROR_NONE) << ml_error();
+  EXPECT_EQ(input(), fresh);
+}
+
+TEST_F(Resize, AnAliasOfTheFrameworkResizesToo) {
+  ml_option_h option = nullptr;
+  ml_option_create(&option);
+  const std::string path = write_model(1);
+  ml_option_set(option, "models", const_cast<char*>(path.c_str()), nullptr);
+  ml_option_set(option, "framework_name", const_cast<char*>("tensorflow2-lite"), nullptr);
+  ASSERT_EQ(ml_single_open_with_option(&single_, option), ML_ERROR_NONE) << ml_error();
+  EXPECT_EQ(ml_single_set_input_info(single_, info({4, 2})), ML_ERROR_NONE) << ml_error();
+  expect_values(8);
+  ml_option_destroy(option);
+}
+
 TEST_F(Resize, WhatTheModelCannotBeLeavesItUsable) {
   ASSERT_EQ(open(3), ML_ERROR_NONE) << ml_error();
   ASSERT_EQ(ml_single_set_input_info(single_, info({3, 2})), ML_ERROR_NONE) << ml_error();

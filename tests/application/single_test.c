@@ -163,6 +163,14 @@ static void open_dimensions_are_set(void) {
   const float* y;
   char* text = NULL;
   OK(ml_single_open(&single, "any-rows", NULL, NULL, ML_NNFW_TYPE_CUSTOM_FILTER, ML_NNFW_HW_ANY));
+  /* A dynamic invoke that fails leaves open dimensions open. */
+  CHECK_REFUSED(ml_single_invoke_dynamic(single, input, three, &output, &out_info),
+                ML_ERROR_INVALID_PARAMETER,
+                "input 0 has a size that does not match the info of the model");
+  OK(ml_single_invoke(single, input, &output));
+  y = floats(output, 0, 8);
+  CHECK(y && y[7] == 9);
+  OK(ml_tensors_data_destroy(output));
   OK(ml_single_set_input_info(single, three));
   OK(ml_single_get_property(single, "input", &text));
   CHECK(text && strcmp(text, "4:3") == 0);
@@ -276,6 +284,7 @@ static void wrong_inputs_are_refused(void) {
 
 static void a_slow_model_runs_out_of_time(void) {
   ml_tensors_info_h info = make_info(ML_TENSOR_TYPE_FLOAT32, 4, 2);
+  ml_tensors_info_h longer = make_info(ML_TENSOR_TYPE_FLOAT32, 4, 3);
   ml_tensors_data_h input = eight_floats(info), output = NULL;
   ml_single_h single = NULL;
   OK(ml_single_open(&single, "slow", NULL, NULL, ML_NNFW_TYPE_CUSTOM_FILTER, ML_NNFW_HW_ANY));
@@ -285,11 +294,14 @@ static void a_slow_model_runs_out_of_time(void) {
                 "a result within 20 ms");
   CHECK_REFUSED(ml_single_invoke(single, input, &output), ML_ERROR_TRY_AGAIN,
                 "the model is still running an invoke that timed out");
+  CHECK_REFUSED(ml_single_set_input_info(single, longer), ML_ERROR_TRY_AGAIN,
+                "the model is still running an invoke that timed out");
   pthread_mutex_unlock(&door);
   CHECK(output == NULL);
   OK(ml_single_close(single));
   OK(ml_tensors_data_destroy(input));
   OK(ml_tensors_info_destroy(info));
+  OK(ml_tensors_info_destroy(longer));
 }
 
 static int count_outputs(const ml_tensors_data_h data, void* user_data) {
@@ -410,11 +422,15 @@ static void a_close_waits_for_an_invoke(void) {
   ml_tensors_info_h info = make_info(ML_TENSOR_TYPE_FLOAT32, 4, 2);
   Call call = {NULL, eight_floats(info)};
   pthread_t invoking, closing;
+  int i;
   OK(ml_single_open(&call.single, "released", NULL, NULL, ML_NNFW_TYPE_CUSTOM_FILTER,
                     ML_NNFW_HW_ANY));
   CHECK(pthread_create(&invoking, NULL, invoke_it, &call) == 0);
   wait_for(&entered, 1);
   CHECK(pthread_create(&closing, NULL, close_it, call.single) == 0);
+  for (i = 0; i < 1000; ++i) /* until the close has begun */
+    while (ml_single_set_timeout(call.single, 0) == ML_ERROR_NONE) {
+    }
   raise_count(&released);
   pthread_join(invoking, NULL);
   pthread_join(closing, NULL);
@@ -422,15 +438,11 @@ static void a_close_waits_for_an_invoke(void) {
   OK(ml_tensors_data_destroy(call.input));
   OK(ml_tensors_info_destroy(info));
 }
-  int i;
 
 int main(void) {
   register_filter("plus-one", 2, add_one);
   register_filter("any-rows", -1, add_one);
   register_filter("slow", 2, wait_at_the_door);
-  for (i = 0; i < 1000; ++i) /* until the close has begun */
-    while (ml_single_set_timeout(call.single, 0) == ML_ERROR_NONE) {
-    }
   register_filter("released", 2, wait_for_release);
   a_model_is_invoked();
   infos_are_the_models();

@@ -143,7 +143,8 @@ Error timeout_error(std::string what, DirectModel::Limit limit) {
 
 bool same_shapes(const Infos& a, const Infos& b) {
   const auto same = [](const weir_tensor_info& x, const weir_tensor_info& y) {
-    return x.type == y.type && x.rank == y.rank && shape_difference(x, y).empty();
+    return x.type == y.type && x.rank == y.rank && shape_difference(x, y).empty() &&
+           shape_difference(y, x).empty();  // an open extent differs from a known one
   };
   return std::equal(a.begin(), a.end(), b.begin(), b.end(), same);
 }
@@ -267,7 +268,7 @@ class DirectModel::Turn {
     job->abandoned = true;
     core_->turn = Core::Turns::Abandoned;
     held_ = false;
-    return timeout_error("the model timed out", limit_);
+    return timeout_error(kInvokeTimedOut, limit_);
   }
 
  private:

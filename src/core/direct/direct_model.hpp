@@ -17,6 +17,10 @@ namespace weir::direct {
 // Finds an engine by name or alias; "", "auto", "any": by the model's file names.
 Result<const weir_engine*> engine_for(const std::string& name, std::span<const std::string> paths);
 
+// What the WORKER_TIMEOUT of an invoke says that exceeded its own limit. Others are refused because
+// of another call.
+inline constexpr char kInvokeTimedOut[] = "the model timed out";
+
 // Any thread may call; calls of one model are serialised.
 class DirectModel {
  public:

@@ -31,6 +31,20 @@ TEST_F(DirectTest, KeepsTheShapeOfReshape) {
   EXPECT_EQ(TestModel::resolves, 1) << "the same shapes are not resolved again";
 }
 
+TEST_F(DirectTest, OpensTheShapeAgain) {
+  const auto model = open();
+  ASSERT_TRUE(model->reshape({tensor_info("", WEIR_TYPE_END, {1, 2})}));
+  weir_tensor_info any{};
+  any.type = WEIR_TYPE_END;
+  any.rank = WEIR_RANK_UNKNOWN;
+  ASSERT_TRUE(model->reshape({any}));
+  EXPECT_EQ(shape_text(model->inputs()[0]), "(?, 2)");
+  const Values x{1, 2, 3, 4};
+  const auto outcome = model->invoke(std::array{lend(x, {2, 2})});
+  ASSERT_TRUE(outcome) << outcome.error().message();
+  EXPECT_EQ(values(outcome->results), (Values{2, 3, 4, 5}));
+}
+
 TEST_F(DirectTest, AShapeInTheCallDoesNotStay) {
   const auto model = open();
   ASSERT_TRUE(model->reshape({tensor_info("", WEIR_TYPE_END, {1, 2})}));
