@@ -53,8 +53,7 @@ typedef void (*ml_pipeline_state_cb)(ml_pipeline_state_e state, void* user_data)
  * does not allow. `cb` may be NULL; `user_data` must stay valid until destroy has returned. */
 ML_EXPORT int ml_pipeline_construct(const char* pipeline_description, ml_pipeline_state_cb cb,
                                     void* user_data, ml_pipeline_h* pipe);
-/* Stops the pipeline, waits for running callbacks and frees it. Release handles of its parts
- * separately. */
+/* Stops the pipeline, waits for running callbacks and frees it with the handles of its parts. */
 ML_EXPORT int ml_pipeline_destroy(ml_pipeline_h pipe);
 /* Returns before the first frame is through. After an element has posted an error, calls of the
  * pipeline and of its sources return ML_ERROR_STREAMS_PIPE until ml_pipeline_flush. */
@@ -64,14 +63,15 @@ ML_EXPORT int ml_pipeline_stop(ml_pipeline_h pipe);
 /* The current state: READY until the first frames have arrived at the sinks. ML_ERROR_STREAMS_PIPE
  * when an element has failed; *state is set in that case as well. */
 ML_EXPORT int ml_pipeline_get_state(ml_pipeline_h pipe, ml_pipeline_state_e* state);
-/* Discards the frames in the pipeline and any error, then starts it again or leaves it paused. */
+/* Pauses, discards the frames in the pipeline and any error, and starts it again if `start`. Goes
+ * through NULL only if the stream has failed or ended. */
 ML_EXPORT int ml_pipeline_flush(ml_pipeline_h pipe, bool start);
 
 /* A frame of a tensor_sink or appsink; media are one uint8 tensor. `data` is read-only. */
 typedef void (*ml_pipeline_sink_cb)(const ml_tensors_data_h data, const ml_tensors_info_h info,
                                     void* user_data);
 /* `sink_name`: its name= in the text. Callbacks of one sink are called one after the other. Frames
- * that arrive while none is registered are dropped. */
+ * that arrive while none is registered, or do not match static caps, are dropped. */
 ML_EXPORT int ml_pipeline_sink_register(ml_pipeline_h pipe, const char* sink_name,
                                         ml_pipeline_sink_cb cb, void* user_data,
                                         ml_pipeline_sink_h* sink_handle);
@@ -88,11 +88,13 @@ typedef enum ML_ANY_INT {
 /* Finds the appsrc `src_name`. */
 ML_EXPORT int ml_pipeline_src_get_handle(ml_pipeline_h pipe, const char* src_name,
                                          ml_pipeline_src_h* src_handle);
+/* Waits for a function of ml_pipeline_src_set_event_cb that runs on another thread. */
 ML_EXPORT int ml_pipeline_src_release_handle(ml_pipeline_src_h src_handle);
 /* Copies the bytes. The data must have the number of tensors and the sizes of the appsrc's caps, or
  * of those after it (a capsfilter); types are not compared. Media take any tensors with the bytes
- * of a frame. An appsrc without such caps takes them from the data's info. ML_ERROR_STREAMS_PIPE
- * after EOS. With ML_PIPELINE_BUF_POLICY_AUTO_FREE, the data stays the program's only after
+ * of a frame. An appsrc without such caps takes them from the data's info. ML_ERROR_TRY_AGAIN
+ * before an element follows the appsrc; ML_ERROR_STREAMS_PIPE after EOS. With
+ * ML_PIPELINE_BUF_POLICY_AUTO_FREE, the data stays the program's only after
  * ML_ERROR_INVALID_PARAMETER and ML_ERROR_TRY_AGAIN. */
 ML_EXPORT int ml_pipeline_src_input_data(ml_pipeline_src_h src_handle, ml_tensors_data_h data,
                                          ml_pipeline_buf_policy_e policy);
@@ -102,7 +104,8 @@ ML_EXPORT int ml_pipeline_src_input_data_eos(ml_pipeline_src_h src_handle);
  * caps that leave a choice. */
 ML_EXPORT int ml_pipeline_src_get_tensors_info(ml_pipeline_src_h src_handle,
                                                ml_tensors_info_h* info);
-/* Signals of the appsrc; each function may be NULL. */
+/* Signals of the appsrc; each function may be NULL. `enough_data` is called within a push: one that
+ * it makes itself has the same tensors, or caps fix them. */
 typedef struct {
   void (*need_data)(ml_pipeline_src_h src_handle, unsigned int length, void* user_data);
   void (*enough_data)(ml_pipeline_src_h src_handle, void* user_data);
