@@ -301,7 +301,8 @@ Status Single::agree() const {
 }
 
 TensorSpecs Single::inputs() const {
-  return to_specs(input_infos(model()));
+  std::lock_guard lock(mutex_);
+  return to_specs(pending_.empty() ? input_infos(model_) : pending_);
 }
 
 TensorSpecs Single::outputs() const {
@@ -327,6 +328,7 @@ Single::Outcome<Single::Done> Single::set_inputs(const TensorSpecs& wanted) {
 }
 
 Single::Outcome<Single::Done> Single::change_inputs(const TensorSpecs& wanted) {
+  if (auto status = restore_pending(); !status) return cannot_invoke(status.error());
   const auto current = model();
   const auto now = to_specs(input_infos(current));
   if (!has_open_inputs_ && first_difference(wanted, now).empty()) return Done();
@@ -350,6 +352,14 @@ void Single::set_timeout(unsigned ms) noexcept {
 }
 
 Single::Outcome<std::shared_ptr<TensorsData>> Single::invoke(const TensorsData& input) {
+  {
+    std::lock_guard lock(inputs_mutex_);
+    if (auto status = restore_pending(); !status) return cannot_invoke(status.error());
+  }
+  return run(input);
+}
+
+Single::Outcome<std::shared_ptr<TensorsData>> Single::run(const TensorsData& input) {
   const auto current = model();
   auto tensors = input.c_tensors();
   if (auto status = take_descriptions(input_infos(current), "input", &tensors); !status)
@@ -378,6 +388,10 @@ Single::Outcome<Single::Done> Single::invoke_into(const TensorsData& input,
                          .offered = "read-only data",
                          .needed = "data created with ml_tensors_data_create()",
                          .fix = "ml_tensors_data_create(output_info, &output)"});
+  {
+    std::lock_guard lock(inputs_mutex_);
+    if (auto status = restore_pending(); !status) return cannot_invoke(status.error());
+  }
   const auto current = model();
   auto tensors = input.c_tensors();
   if (auto status = take_descriptions(input_infos(current), "input", &tensors); !status)
@@ -397,28 +411,42 @@ Single::Outcome<Single::Done> Single::invoke_into(const TensorsData& input,
 Single::Outcome<std::shared_ptr<TensorsData>> Single::invoke_dynamic(const TensorsData& input,
                                                                      const TensorSpecs& inputs) {
   std::lock_guard lock(inputs_mutex_);
+  if (auto status = restore_pending(); !status) return cannot_invoke(status.error());
   const auto before = model();
   const auto declared_before = declared_;
   auto infos_before = input_infos(before);
   auto set = change_inputs(inputs);
   if (auto* refused = std::get_if<Refusal>(&set)) return std::move(*refused);
-  auto out = invoke(input);
+  auto out = run(input);
   if (std::holds_alternative<Refusal>(out))
     restore(before, declared_before, std::move(infos_before));
   return out;
 }
 
-// Where the shapes were open, they are open again. Not possible while an invoke that has timed out
-// goes on.
-void Single::restore(const Model& model, const std::vector<weir_tensor_info>& declared,
-                     std::vector<weir_tensor_info> infos) {
+// Where the shapes were open, they are open again.
+void Single::restore(const Model& model, const Infos& declared, Infos infos) {
+  {
+    std::lock_guard lock(mutex_);
+    weir_model_set_timeout(model.get(), timeout_ms_ * kNanoseconds);
+    model_ = model;
+    declared_ = declared;
+    pending_ = std::move(infos);
+  }
+  (void)restore_pending();
+}
+
+Status Single::restore_pending() {
+  if (pending_.empty()) return ok();
+  auto infos = pending_;
   for (auto& info : infos)
     if (!known(info)) info.rank = WEIR_RANK_UNKNOWN;
-  (void)weir_model_reshape(model.get(), infos.data(), static_cast<uint32_t>(infos.size()), nullptr);
+  CError error;
+  const int result = weir_model_reshape(model_.get(), infos.data(),
+                                        static_cast<uint32_t>(infos.size()), error.place());
+  if (result == -WEIR_WORKER_TIMEOUT) return error.take(result);
   std::lock_guard lock(mutex_);
-  weir_model_set_timeout(model.get(), timeout_ms_ * kNanoseconds);
-  model_ = model;
-  declared_ = declared;
+  pending_.clear();
+  return ok();
 }
 
 }  // namespace weir::application

@@ -65,8 +65,12 @@ class Single : public Object {
   Outcome<Done> replace_model(const TensorSpecs& wanted);
   // Requires inputs_mutex_.
   Outcome<Done> change_inputs(const TensorSpecs& wanted);
-  void restore(const Model& model, const std::vector<weir_tensor_info>& declared,
-               std::vector<weir_tensor_info> infos);
+  using Infos = std::vector<weir_tensor_info>;
+  void restore(const Model& model, const Infos& declared, Infos infos);
+  // Sets the inputs that an invoke which timed out has kept from being restored. Requires
+  // inputs_mutex_.
+  Status restore_pending();
+  Outcome<std::shared_ptr<TensorsData>> run(const TensorsData& input);
   Model model() const;
 
   const SingleRequest request_;
@@ -77,7 +81,8 @@ class Single : public Object {
   Model model_;
   unsigned timeout_ms_ = 0;
   // The inputs of model_ as its file has them, with what it leaves open; guarded by inputs_mutex_.
-  std::vector<weir_tensor_info> declared_;
+  Infos declared_;
+  Infos pending_;  // none: the inputs of model_ are set; guarded by mutex_, written under both
 };
 
 }  // namespace weir::application

@@ -304,6 +304,36 @@ static void a_slow_model_runs_out_of_time(void) {
   OK(ml_tensors_info_destroy(longer));
 }
 
+/* The inputs before are set again when the invoke that goes on has ended. */
+static void a_dynamic_invoke_runs_out_of_time(void) {
+  ml_tensors_info_h three = make_info(ML_TENSOR_TYPE_FLOAT32, 4, 3), out_info = NULL;
+  ml_tensors_info_h two = make_info(ML_TENSOR_TYPE_FLOAT32, 4, 2);
+  ml_tensors_data_h eight = eight_floats(two), twelve = NULL, output = NULL;
+  ml_single_h single = NULL;
+  int result = ML_ERROR_TRY_AGAIN;
+  OK(ml_tensors_data_create(three, &twelve));
+  OK(ml_single_open(&single, "slow-rows", NULL, NULL, ML_NNFW_TYPE_CUSTOM_FILTER, ML_NNFW_HW_ANY));
+  OK(ml_single_set_input_info(single, three));
+  OK(ml_single_set_timeout(single, 20));
+  pthread_mutex_lock(&door);
+  CHECK_REFUSED(ml_single_invoke_dynamic(single, eight, two, &output, &out_info),
+                ML_ERROR_TIMED_OUT, "a result within 20 ms");
+  expect_property(single, "input", "4:3");
+  CHECK_REFUSED(ml_single_invoke(single, twelve, &output), ML_ERROR_TRY_AGAIN,
+                "the model is still running an invoke that timed out");
+  pthread_mutex_unlock(&door);
+  OK(ml_single_set_timeout(single, 0));
+  while (result == ML_ERROR_TRY_AGAIN) result = ml_single_invoke(single, twelve, &output);
+  CHECK(result == ML_ERROR_NONE);
+  expect_property(single, "input", "4:3");
+  OK(ml_single_close(single));
+  OK(ml_tensors_data_destroy(output));
+  OK(ml_tensors_data_destroy(eight));
+  OK(ml_tensors_data_destroy(twelve));
+  OK(ml_tensors_info_destroy(two));
+  OK(ml_tensors_info_destroy(three));
+}
+
 static int count_outputs(const ml_tensors_data_h data, void* user_data) {
   const float* y = floats(data, 0, 8);
   CHECK(y && y[7] == 9);
@@ -443,6 +473,7 @@ int main(void) {
   register_filter("plus-one", 2, add_one);
   register_filter("any-rows", -1, add_one);
   register_filter("slow", 2, wait_at_the_door);
+  register_filter("slow-rows", -1, wait_at_the_door);
   register_filter("released", 2, wait_for_release);
   a_model_is_invoked();
   infos_are_the_models();
@@ -450,6 +481,7 @@ int main(void) {
   wrong_models_and_words_are_refused();
   wrong_inputs_are_refused();
   a_slow_model_runs_out_of_time();
+  a_dynamic_invoke_runs_out_of_time();
   a_model_is_opened_with_options();
   inputs_of_the_right_size_are_taken();
   a_close_waits_for_an_invoke();
