@@ -10,6 +10,7 @@
 #include <string_view>
 
 #include "messages/flex_value.hpp"
+#include "weir/module.hpp"
 
 namespace weir::messages {
 namespace {
@@ -121,6 +122,15 @@ bool read_tensor(const FlexValue& value, size_t index, TensorMessage* out) {
   return read_tensor(value, &out->tensors[index]);
 }
 
+// Python's library puts the number of elements, not of bytes, in front of the blob of an array.
+void take_length_for_elements(std::span<const std::byte> message, MessageTensor* tensor) {
+  const size_t width = element_bytes(tensor->type);
+  const auto bytes = count_bytes(*tensor);
+  const auto left = static_cast<size_t>(message.data() + message.size() - tensor->data.data());
+  if (width > 1 && bytes && tensor->data.size() == *bytes / width && *bytes <= left)
+    tensor->data = {tensor->data.data(), static_cast<size_t>(*bytes)};
+}
+
 }  // namespace
 
 struct FlexbufMessage::Room {
@@ -178,6 +188,8 @@ Status FlexbufMessage::parse(std::span<const std::byte> bytes, TensorMessage* me
   }
   if (found != message->tensors.size())
     return not_flexbuf("its tensors are not numbered from 0", bytes.size());
+  if (header.format == kStatic)
+    for (auto& tensor : message->tensors) take_length_for_elements(bytes, &tensor);
   message->rate_n = header.rate_n;
   message->rate_d = header.rate_d;
   message->format = static_cast<uint32_t>(header.format);

@@ -3,6 +3,7 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstring>
 #include <memory>
 #include <numeric>
@@ -279,6 +280,26 @@ TYPED_TEST(Messages, LargerThanTheirFormatAllowsAreNotWritten) {
   ASSERT_FALSE(status);
   EXPECT_SAYS(status.error().message(), "WEIR-2006: a frame is too large for a");
   EXPECT_SAYS(status.error().message(), "needed: at most 2147483647 bytes");
+}
+
+// As Python's flexbuffers writes an array: docs/compatibility/io.md 7.7.
+TEST(Message, MayHaveTheNumberOfElementsForThatOfBytes) {
+  const Bytes data = ramp(24);
+  FlexbufMessage format;
+  Bytes bytes;
+  ASSERT_TRUE(format.write({30, 1, kStatic, {tensor(WEIR_FLOAT32, {3, 2}, data)}},
+                           [&](size_t size) { return bytes.assign(size, {}), bytes.data(); }));
+  const auto blob = std::search(bytes.begin(), bytes.end(), data.begin(), data.end());
+  ASSERT_NE(blob, bytes.end());
+  ASSERT_EQ(*(blob - 4), std::byte{24});
+  TensorMessage parsed;
+  *(blob - 4) = std::byte{6};
+  const auto status = format.parse(bytes, &parsed);
+  ASSERT_TRUE(status) << status.error().message();
+  EXPECT_TRUE(std::equal(data.begin(), data.end(), parsed.tensors[0].data.begin(),
+                         parsed.tensors[0].data.end()));
+  *(blob - 4) = std::byte{5};
+  EXPECT_FALSE(format.parse(bytes, &parsed)) << "neither elements nor bytes";
 }
 
 TEST(Message, WhoseTensorsOverlapIsRefused) {

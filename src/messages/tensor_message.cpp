@@ -13,20 +13,6 @@ std::string written_by(const char* format_name) {
          format_name + " writes such messages";
 }
 
-// The bytes of all elements, UINT64_MAX beyond 64 bits; nullopt without a dimension and for values
-// after a 0.
-std::optional<uint64_t> count_bytes(const MessageTensor& tensor) {
-  const auto& d = tensor.dimensions;
-  uint64_t bytes = element_bytes(tensor.type);
-  size_t rank = 0;
-  for (; rank < d.size() && d[rank] != 0; ++rank)
-    if (__builtin_mul_overflow(bytes, uint64_t{d[rank]}, &bytes)) bytes = UINT64_MAX;
-  uint32_t after = 0;
-  for (size_t i = rank; i < d.size(); ++i) after |= d[i];
-  if (rank == 0 || after != 0) return {};
-  return bytes;
-}
-
 std::string format_dimensions(const std::array<uint32_t, WEIR_RANK_LIMIT>& dimensions) {
   std::string out;
   for (const uint32_t d : dimensions) out += (out.empty() ? "" : ":") + std::to_string(d);
@@ -93,6 +79,18 @@ Error too_many_tensors(const char* format_name, uint64_t count) {
           .offered = std::to_string(count),
           .needed = "at most " + std::to_string(WEIR_TENSOR_LIMIT),
           .fix = "send the tensors in several messages"};
+}
+
+std::optional<uint64_t> count_bytes(const MessageTensor& tensor) {
+  const auto& d = tensor.dimensions;
+  uint64_t bytes = element_bytes(tensor.type);
+  size_t rank = 0;
+  for (; rank < d.size() && d[rank] != 0; ++rank)
+    if (__builtin_mul_overflow(bytes, uint64_t{d[rank]}, &bytes)) bytes = UINT64_MAX;
+  uint32_t after = 0;
+  for (size_t i = rank; i < d.size(); ++i) after |= d[i];
+  if (rank == 0 || after != 0) return {};
+  return bytes;
 }
 
 Status check_size(const char* format_name, uint64_t bytes) {

@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -51,6 +52,9 @@ void append_tensors(const weir_frame& frame, TensorMessage* message);
 // The ABI's description of a tensor of a checked message.
 weir_tensor_info describe_tensor(const MessageTensor& tensor) noexcept;
 
+// The bytes of all elements, UINT64_MAX beyond 64 bits; nullopt without a dimension and for values
+// after a 0.
+std::optional<uint64_t> count_bytes(const MessageTensor& tensor);
 // LIMIT_EXCEEDED when a message of `bytes` is too large for its format.
 Status check_size(const char* format_name, uint64_t bytes);
 // Checks what every format has in common: the declared and the real count, the limit of 256
