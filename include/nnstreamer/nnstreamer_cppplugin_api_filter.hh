@@ -125,7 +125,8 @@ T* tensor_filter_subplugin::register_subplugin() {
                    const GstTensorMemory* input, GstTensorMemory* output) -> int {
     return guard([&]() -> int {
       auto* object = static_cast<Base*>(priv);
-      if (prop->invoke_dynamic)
+      if (!object || !input || !output) return -EINVAL;
+      if (prop && prop->invoke_dynamic)
         object->invoke_dynamic(prop, input, output);
       else
         object->invoke(input, output);
@@ -142,11 +143,13 @@ T* tensor_filter_subplugin::register_subplugin() {
   made.getModelInfo = [](const GstTensorFilterFramework*, const GstTensorFilterProperties*,
                          void* priv, model_info_ops op, GstTensorsInfo* in_info,
                          GstTensorsInfo* out_info) -> int {
+    if (!priv || !in_info || !out_info) return -EINVAL;
     return guard(
         [&]() -> int { return static_cast<Base*>(priv)->getModelInfo(op, *in_info, *out_info); });
   };
   made.eventHandler = [](const GstTensorFilterFramework* self, const GstTensorFilterProperties*,
                          void* priv, event_ops op, GstTensorFilterFrameworkEventData* data) -> int {
+    if ((!priv && !self) || !data) return -EINVAL;
     return guard([&]() -> int {
       return static_cast<Base*>(priv ? priv : self->subplugin_data)->eventHandler(op, *data);
     });

@@ -19,6 +19,7 @@ using infer::Converter;
 
 struct OpenConverter {
   std::unique_ptr<Converter> converter;
+  std::string script;
 };
 
 Fraction get_rate(const GstCaps* caps) {
@@ -129,9 +130,14 @@ GstBuffer* convert(const weir_converter_type& type, GstBuffer* in, GstTensorsCon
 int open(const weir_converter_type& type, const char* script, void** priv) {
   if (!given("open", {script, priv})) return -EINVAL;
   return or_else("open", -EINVAL, [&] {
+    if (const auto* before = static_cast<OpenConverter*>(*priv)) {
+      if (before->script == script) return 1;
+      delete before;
+      *priv = nullptr;
+    }
     auto opened = Converter::open(type, {{"script", script}});
     if (opened) {
-      *priv = new OpenConverter{*std::move(opened)};
+      *priv = new OpenConverter{*std::move(opened), script};
       return 0;
     }
     warn("open", opened.error());

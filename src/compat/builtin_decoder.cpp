@@ -1,5 +1,6 @@
 // A decoder descriptor that calls a decoder module.
 // SPDX-License-Identifier: LGPL-2.1-or-later
+#include <algorithm>
 #include <array>
 #include <list>
 #include <memory>
@@ -128,13 +129,32 @@ BuiltinDecoder* opened_decoder(void** priv) {
   return static_cast<BuiltinDecoder*>(*priv);
 }
 
-// Returns whether it is between init() and exit(); otherwise logs a warning.
-bool is_open(const char* function, void** priv) {
-  if (!given(function, {priv})) return false;
-  if (*priv) return true;
-  warn(function, "the decoder is not open: call init() first, and no other function after exit()");
-  return false;
+// Whether programs may call the decoder without init(), as it keeps nothing between frames.
+bool is_stateless(const weir_decoder_type& type) {
+  static constexpr std::string_view kMessages[] = {"flatbuf", "flexbuf", "protobuf"};
+  return std::find(std::begin(kMessages), std::end(kMessages), type.name) != std::end(kMessages);
 }
+
+// The decoder between init() and exit(), or one for this call. Null, with a line in the log, if it
+// is not open.
+class CalledDecoder {
+ public:
+  CalledDecoder(const char* function, const weir_decoder_type& type, void** priv)
+      : opened_(priv ? opened_decoder(priv) : nullptr) {
+    if (opened_) return;
+    if (is_stateless(type))
+      opened_ = &own_.emplace(type);
+    else
+      warn(function,
+           "the decoder is not open: call init() first, and no other function after exit()");
+  }
+  explicit operator bool() const noexcept { return opened_ != nullptr; }
+  BuiltinDecoder* operator->() const noexcept { return opened_; }
+
+ private:
+  BuiltinDecoder* opened_;
+  std::optional<BuiltinDecoder> own_;
+};
 
 weir_tensor make_tensor(const TensorSpec& spec, void* data, size_t bytes) {
   weir_tensor tensor{};
@@ -177,35 +197,40 @@ void leave(void** priv) {
       static_cast<BuiltinDecoder*>(std::exchange(*priv, nullptr)));
 }
 
-int set_option(void** priv, int number, const char* value) {
-  if (!is_open("setOption", priv) || !given("setOption", {value})) return FALSE;
-  if (number < 0 || number >= kOptions) return FALSE;
-  return or_else("setOption", FALSE, [&] {
-    opened_decoder(priv)->set_option(static_cast<size_t>(number), value);
+int set_option(const weir_decoder_type& type, void** priv, int number, const char* value) {
+  if (!given("setOption", {value}) || number < 0 || number >= kOptions) return FALSE;
+  return or_else("setOption", FALSE, [&]() -> int {
+    const CalledDecoder decoder("setOption", type, priv);
+    if (!decoder) return FALSE;
+    decoder->set_option(static_cast<size_t>(number), value);
     return TRUE;
   });
 }
 
-GstCaps* output_caps(void** priv, const GstTensorsConfig* config) {
-  if (!is_open("getOutCaps", priv) || !given("getOutCaps", {config})) return nullptr;
+GstCaps* output_caps(const weir_decoder_type& type, void** priv, const GstTensorsConfig* config) {
+  if (!given("getOutCaps", {config})) return nullptr;
   if (!can_be("getOutCaps", config->info)) return nullptr;
   return or_else<GstCaps*>("getOutCaps", nullptr, [&]() -> GstCaps* {
-    auto caps = opened_decoder(priv)->configure(to_spec(*config));
+    const CalledDecoder decoder("getOutCaps", type, priv);
+    if (!decoder) return nullptr;
+    auto caps = decoder->configure(to_spec(*config));
     if (caps) return caps->release();
     warn("getOutCaps", caps.error());
     return nullptr;
   });
 }
 
-GstFlowReturn decode(void** priv, const GstTensorsConfig* config, const GstTensorMemory* input,
-                     GstBuffer* outbuf) {
-  if (!is_open("decode", priv) || !given("decode", {config, input, outbuf})) return GST_FLOW_ERROR;
+GstFlowReturn decode(const weir_decoder_type& type, void** priv, const GstTensorsConfig* config,
+                     const GstTensorMemory* input, GstBuffer* outbuf) {
+  if (!given("decode", {config, input, outbuf})) return GST_FLOW_ERROR;
   if (!can_be("decode", config->info)) return GST_FLOW_ERROR;
   return or_else("decode", GST_FLOW_ERROR, [&] {
+    const CalledDecoder decoder("decode", type, priv);
+    if (!decoder) return GST_FLOW_ERROR;
     const auto spec = to_spec(*config);
     auto tensors = make_tensors(spec, *config, input);
     gst_buffer_remove_all_memory(outbuf);
-    const auto kept = tensors ? opened_decoder(priv)->decode(spec, *std::move(tensors), outbuf)
+    const auto kept = tensors ? decoder->decode(spec, *std::move(tensors), outbuf)
                               : Result<bool>(tensors.error());
     if (kept) return *kept ? GST_FLOW_OK : GST_FLOW_CUSTOM_SUCCESS;
     warn("decode", kept.error());
@@ -222,14 +247,22 @@ struct DecoderFunctions {
     decoder.init = [](void** priv) -> int {
       if (!given("init", {priv})) return FALSE;
       return or_else("init", FALSE, [&] {
-        *priv = new BuiltinDecoder(decoder_slots().type(Number));
+        const auto& type = decoder_slots().type(Number);
+        *priv = is_stateless(type) ? nullptr : new BuiltinDecoder(type);
         return TRUE;
       });
     };
     decoder.exit = leave;
-    decoder.setOption = set_option;
-    decoder.getOutCaps = output_caps;
-    decoder.decode = decode;
+    decoder.setOption = [](void** priv, int number, const char* value) {
+      return set_option(decoder_slots().type(Number), priv, number, value);
+    };
+    decoder.getOutCaps = [](void** priv, const GstTensorsConfig* config) {
+      return output_caps(decoder_slots().type(Number), priv, config);
+    };
+    decoder.decode = [](void** priv, const GstTensorsConfig* config, const GstTensorMemory* input,
+                        GstBuffer* outbuf) {
+      return decode(decoder_slots().type(Number), priv, config, input, outbuf);
+    };
     decoder.getTransformSize = [](void**, const GstTensorsConfig*, GstCaps*, size_t, GstCaps*,
                                   GstPadDirection) -> size_t { return 0; };
     return decoder;

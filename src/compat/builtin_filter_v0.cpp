@@ -43,7 +43,8 @@ bool declares_inputs(const BuiltinModel& model) {
   return !model.model().inputs().empty();
 }
 
-int open_v0_filter(const weir_engine& engine, const V0Members& members, const Prop* prop, void** priv) {
+int open_v0_filter(const weir_engine& engine, const V0Members& members, const Prop* prop,
+                   void** priv) {
   if (!given("open", {prop, priv})) return kInvalidProperties;
   return or_else("open", kNotLoaded, [&] {
     const auto paths = file_paths(prop->model_files, prop->num_models);

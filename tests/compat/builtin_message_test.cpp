@@ -72,6 +72,35 @@ TEST_P(BuiltInMessage, CarriesStaticTensorsAndTheFrameRate) {
   gst_tensors_config_free(&config);
 }
 
+// Programs do not call init() of decoders that keep nothing between frames.
+TEST_P(BuiltInMessage, IsMadeWithoutAPrivatePointer) {
+  GstTensorsConfig config;
+  gst_tensors_config_init(&config);
+  config.info.num_tensors = 1;
+  config.info.info[0].type = _NNS_UINT8;
+  gst_tensor_parse_dimension("4", config.info.info[0].dimension);
+  config.rate_n = config.rate_d = 1;
+  std::vector<uint8_t> data{1, 2, 3, 4};
+  const GstTensorMemory memory{data.data(), data.size()};
+  void* priv = nullptr;
+  ASSERT_TRUE(decoder_->init(&priv));
+  EXPECT_EQ(priv, nullptr);
+  std::vector<size_t> sizes;
+  for (void** place : {&priv, static_cast<void**>(nullptr)}) {
+    GstBuffer* message = gst_buffer_new();
+    EXPECT_EQ(decoder_->decode(place, &config, &memory, message), GST_FLOW_OK);
+    EXPECT_EQ(gst_buffer_n_memory(message), 1u);
+    sizes.push_back(gst_buffer_get_size(message));
+    gst_buffer_unref(message);
+    GstCaps* caps = decoder_->getOutCaps(place, &config);
+    EXPECT_NE(caps, nullptr);
+    if (caps) gst_caps_unref(caps);
+  }
+  EXPECT_EQ(sizes[0], sizes[1]);
+  decoder_->exit(&priv);
+  gst_tensors_config_free(&config);
+}
+
 TEST_P(BuiltInMessage, CarriesFlexibleTensorsWithTheirHeader) {
   GstTensorsConfig config;
   gst_tensors_config_init(&config);

@@ -425,6 +425,22 @@ TEST(BuiltInConverter, ProducesTensorsFromABuffer) {
   gst_tensors_config_free(&config);
 }
 
+TEST(BuiltInConverter, SaysThatTheScriptIsOpenAlready) {
+  const auto* found = nnstreamer_converter_find("python3");
+  if (!found) GTEST_SKIP() << "not built";
+  const std::string folder =
+      std::string(std::getenv("WEIR_MODELS")) + "/../src/modules/converters/python3/";
+  const std::string script = folder + "histogram.py";
+  void* priv = nullptr;
+  ASSERT_EQ(found->open(script.c_str(), &priv), 0);
+  void* const before = priv;
+  EXPECT_EQ(found->open(script.c_str(), &priv), 1);
+  EXPECT_EQ(priv, before);
+  EXPECT_LT(found->open((folder + "none.py").c_str(), &priv), 0);
+  EXPECT_EQ(priv, nullptr) << "the other one is closed";
+  found->close(&priv);
+}
+
 TEST(BuiltInConverter, RejectsInvalidCalls) {
   const auto* found = nnstreamer_converter_find("numbers");
   ASSERT_NE(found, nullptr);

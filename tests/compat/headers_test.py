@@ -15,7 +15,7 @@ STRICT = ["-Wall", "-Wextra", "-Wpedantic", "-Werror", "-fsyntax-only"]
 WANTED = """nnstreamer_cppplugin_api_filter.hh nnstreamer_internal.h nnstreamer_plugin_api.h nnstreamer_plugin_api_converter.h
 nnstreamer_plugin_api_decoder.h nnstreamer_plugin_api_filter.h nnstreamer_plugin_api_trainer.h
 nnstreamer_plugin_api_util.h nnstreamer_util.h nnstreamer_version.h tensor_converter_custom.h tensor_decoder_custom.h
-tensor_filter_cpp.hh tensor_filter_custom.h tensor_filter_custom_easy.h tensor_if.h tensor_typedef.h""".split()
+tensor_filter_cpp.hh tensor_filter_custom.h tensor_filter_custom_easy.h tensor_filter_single.h tensor_if.h tensor_typedef.h""".split()
 NEED_NO_GLIB = {"tensor_typedef.h", "tensor_filter_custom.h", "tensor_filter_custom_easy.h", "tensor_if.h",
                 "nnstreamer_util.h", "nnstreamer_version.h"}
 
