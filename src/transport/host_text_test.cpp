@@ -1,3 +1,4 @@
+// Tests the spellings of hosts.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "transport/host_text.hpp"
 

@@ -78,7 +78,7 @@ TEST_F(FilterSingle, HasThePropertiesOfTheElement) {
 TEST_F(FilterSingle, InvokesIntoTheCallersMemory) {
   use("custom-easy", "doubles");
   GstTensorMemory out{place_, sizeof place_};
-  ASSERT_TRUE(klass->invoke(single, &in_, &out, FALSE)) << "it starts by itself";
+  ASSERT_TRUE(klass->invoke(single, &in_, &out, FALSE)) << "it starts automatically";
   EXPECT_EQ(place_[2], 6);
   EXPECT_TRUE(klass->input_configured(single) && klass->output_configured(single));
   EXPECT_FALSE(klass->allocate_in_invoke(single));

@@ -279,7 +279,7 @@ class Edgesrc : public gst::Element<Edgesrc, gst::PushSource> {
     ++refused_;
     if (finder_ && error.fix.find("reconnect=true") != std::string::npos)
       error.fix = "edgesink connect-type=HYBRID topic=" + settings().topic.value_or("") +
-                  ": when it plays, this edgesrc connects by itself";
+                  ": when it plays, this edgesrc connects automatically";
     if (!std::exchange(has_warned_, true)) return gst::post_warning(element(), error);
     GST_CAT_WARNING_OBJECT(category(), element(), "%s", error.message().c_str());
   }

@@ -470,7 +470,7 @@ class TensorQueryClient : public gst::PlainFilter<TensorQueryClient> {
     if (outlives_servers() && error.fix.find("reconnect=true") != std::string::npos)
       error.fix = "tensor_query_serversrc port=" + std::to_string(server_.address.port) +
                   " ! ... ! tensor_query_serversink at " + server_.address.host +
-                  ": when it plays, this client connects by itself";
+                  ": when it plays, this client connects automatically";
     return error;
   }
 

@@ -80,14 +80,14 @@ Error module_refused(const std::string& path, std::string offered, std::string n
 }
 
 Error module_not_loaded(const std::string& path, const char* reason) {
-  const std::string_view said = reason ? reason : "dlopen failed";
-  const size_t end = said.find(": cannot open shared object file");
-  const std::string_view library = said.substr(0, end);
+  const std::string_view message = reason ? reason : "dlopen failed";
+  const size_t end = message.find(": cannot open shared object file");
+  const std::string_view library = message.substr(0, end);
   if (end == std::string_view::npos || library == path)
-    return module_refused(path, std::string(said), "a shared object for this machine");
+    return module_refused(path, std::string(message), "a shared object for this machine");
   return Error{.code = Code::MODULE_REFUSED,
                .what = "a library that " + path + " needs is missing",
-               .offered = std::string(said),
+               .offered = std::string(message),
                .needed = std::string(library) + ", in a folder that the loader searches",
                .fix = "ldd " + shell_word(path) +
                       " shows what is missing: install it, or export LD_LIBRARY_PATH=/its/folder"};
