@@ -5,11 +5,11 @@
 #include <vector>
 
 #include "elements/tensor_aggregator/window_stream.hpp"
-#include "gstcpp/buffer/described_caps.hpp"
 #include "gstcpp/buffer/frame_errors.hpp"
 #include "gstcpp/buffer/query_meta.hpp"
 #include "gstcpp/buffer/tensor_caps.hpp"
 #include "gstcpp/element/backwards_time.hpp"
+#include "gstcpp/element/described_caps.hpp"
 #include "gstcpp/element/per_client.hpp"
 #include "gstcpp/element/plain_filter.hpp"
 #include "gstcpp/pads/latency.hpp"

@@ -6,9 +6,9 @@
 
 #include "core/rate/frame_rate.hpp"
 #include "core/sync/backwards_time.hpp"
-#include "gstcpp/buffer/described_caps.hpp"
 #include "gstcpp/buffer/tensor_caps.hpp"
 #include "gstcpp/element/counted_transform.hpp"
+#include "gstcpp/element/described_caps.hpp"
 #include "gstcpp/pads/latency.hpp"
 
 namespace weir {

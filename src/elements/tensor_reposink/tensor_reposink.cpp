@@ -3,11 +3,11 @@
 #include <string>
 
 #include "elements/tensor_reposink/repository.hpp"
-#include "gstcpp/buffer/described_caps.hpp"
 #include "gstcpp/buffer/frame_errors.hpp"
 #include "gstcpp/buffer/frame_layout.hpp"
 #include "gstcpp/buffer/tensor_caps.hpp"
 #include "gstcpp/element/base_classes.hpp"
+#include "gstcpp/element/described_caps.hpp"
 
 namespace weir {
 namespace {

@@ -2,9 +2,9 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <atomic>
 
-#include "gstcpp/buffer/described_caps.hpp"
 #include "gstcpp/buffer/tensor_caps.hpp"
 #include "gstcpp/element/base_classes.hpp"
+#include "gstcpp/element/described_caps.hpp"
 #include "gstcpp/element/ref.hpp"
 
 namespace weir {

@@ -8,12 +8,12 @@
 
 #include "elements/tensor_transform/frame_transformer.hpp"
 #include "elements/tensor_transform/transform_options.hpp"
-#include "gstcpp/buffer/described_caps.hpp"
 #include "gstcpp/buffer/frame_builder.hpp"
 #include "gstcpp/buffer/frame_layout.hpp"
 #include "gstcpp/buffer/tensor_caps.hpp"
 #include "gstcpp/element/counted_transform.hpp"
 #include "gstcpp/element/derived_setting.hpp"
+#include "gstcpp/element/described_caps.hpp"
 #include "gstcpp/element/model_event.hpp"
 #include "gstcpp/pads/early_events.hpp"
 

@@ -29,8 +29,8 @@ INSTANTIATE_TEST_SUITE_P(
         "tensor_mux ! fakesink", "tensor_merge mode=linear option=0 ! fakesink",
         "tensor_aggregator frames-out=1 frames-dim=2 ! fakesink",
         "tensor_transform mode=typecast option=uint8 ! fakesink",
-        "tensor_decoder mode=octet_stream ! fakesink",
-        weir::testing_bad_input::fake_filter() + " ! fakesink"));
+        "tensor_decoder mode=octet_stream ! fakesink", "tensor_debug ! fakesink",
+        "tensor_tracker ! fakesink", weir::testing_bad_input::fake_filter() + " ! fakesink"));
 
 TEST_P(DescribedCaps, AreThoseOfAStaticStream) {
   EXPECT_EQ(outcome("num_tensors=1,dimensions=(string)4:4,types=(string)float32", GetParam()), "");

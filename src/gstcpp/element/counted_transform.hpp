@@ -5,6 +5,7 @@
 #pragma once
 #include "core/ledger/ledger.hpp"
 #include "gstcpp/element/base_classes.hpp"
+#include "gstcpp/element/described_caps.hpp"
 
 namespace weir::gst {
 
@@ -30,6 +31,12 @@ class CountedTransform : public Element<Impl, BaseTransform> {
     const auto flow = this->parent_class()->submit_input_buffer(this->self(), discont, buffer);
     if (flow != GST_FLOW_OK) ledger_.dropped(to_drop_reason(flow));
     return flow;
+  }
+
+  gboolean query(GstPadDirection direction, GstQuery* query) {
+    return with_static_filter(query, [&](GstQuery* described) {
+      return this->parent_class()->query(this->self(), direction, described);
+    });
   }
 
   Ledger ledger_;

@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <algorithm>
 
-#include "gstcpp/buffer/described_caps.hpp"
 #include "gstcpp/buffer/tensor_caps.hpp"
+#include "gstcpp/element/described_caps.hpp"
 #include "gstcpp/element/element.hpp"
 #include "gstcpp/element/model_event.hpp"
 #include "gstcpp/pads/collector_pads.hpp"

@@ -20,9 +20,9 @@
 #include <optional>
 #include <string>
 
-#include "gstcpp/buffer/described_caps.hpp"
 #include "gstcpp/buffer/tensor_caps.hpp"
 #include "gstcpp/element/base_classes.hpp"
+#include "gstcpp/element/described_caps.hpp"
 #include "gstcpp/element/error.hpp"
 #include "gstcpp/element/model_event.hpp"
 #include "gstcpp/pads/sometimes_pads.hpp"

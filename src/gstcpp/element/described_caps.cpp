@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "gstcpp/buffer/described_caps.hpp"
+#include "gstcpp/element/described_caps.hpp"
 
 #include <algorithm>
 #include <iterator>
