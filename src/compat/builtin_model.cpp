@@ -97,8 +97,10 @@ Infos with_more_ones(Infos infos, uint32_t more) {
         std::min<uint32_t>(static_cast<uint32_t>(first - info.shape), info.rank - 1);
     const uint32_t rank = std::min<uint32_t>(info.rank - leading + more, WEIR_RANK_LIMIT);
     const uint32_t ones = rank - (info.rank - leading);
-    std::copy_backward(info.shape + leading, info.shape + info.rank, info.shape + rank);
-    if (leading > ones) std::copy(info.shape + leading, info.shape + info.rank, info.shape + ones);
+    if (ones <= leading)
+      std::copy(info.shape + leading, info.shape + info.rank, info.shape + ones);
+    else
+      std::copy_backward(info.shape + leading, info.shape + info.rank, info.shape + rank);
     std::fill(info.shape, info.shape + ones, 1);
     info.rank = rank;
   }

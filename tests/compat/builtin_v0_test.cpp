@@ -196,7 +196,7 @@ TEST_F(TfliteVersionZero, SaysThatTheModelIsOpenAlready) {
 TEST_F(TfliteVersionZero, TakesInputsOfAnyRank) {
   Info in, out;
   for (const auto& [dimensions, count] :
-       {std::pair{"5", 5}, {"3:2", 6}, {"2:3:4:5", 120}, {"3:2:1:1", 6}}) {
+       {std::pair{"2:3:4:1", 24}, {"5", 5}, {"3:2", 6}, {"2:3:4:5", 120}, {"3:2:1:1", 6}}) {
     const Info wanted(dimensions, "float32");
     ASSERT_EQ(fw->setInputDimension(&given.prop, &priv, &wanted.info, &out.info), 0) << dimensions;
     expect_negation(static_cast<size_t>(count));
