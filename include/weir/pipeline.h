@@ -99,8 +99,9 @@ WEIR_EXPORT int weir_pipeline_read_message(weir_pipeline* pipeline, weir_error**
  * with or without GStreamer's padding of rows. Otherwise the caps are static tensors derived from
  * the types and shapes, which every tensor must have, and change with them. A tensor without
  * elements, which has a dimension of 0, makes them flexible; where the caps are others, a GAP event
- * with the time of the frame takes its place. CANCELLED when the pipeline is stopped or after
- * weir_pipeline_end. Does not block unless the text sets block=true. */
+ * with the time of the frame takes its place, and without a time it is dropped. CANCELLED when the
+ * pipeline is stopped or after weir_pipeline_end, and for other tensors in a callback of a push
+ * that has not returned. Does not block unless the text sets block=true. */
 WEIR_EXPORT int weir_pipeline_push(weir_pipeline* pipeline, const char* name,
                                    const weir_tensor* tensors, uint32_t n_tensors, int64_t pts,
                                    int64_t duration, weir_error** error);

@@ -82,7 +82,8 @@ TensorSpec to_spec(const weir_tensor_info& info) {
   if (info.rank == 0) spec.shape = Shape{1};
   for (uint32_t i = 0; i < info.rank; ++i)
     spec.shape[info.rank - 1 - i] =
-        static_cast<uint32_t>(std::clamp<int64_t>(info.shape[i], 1, UINT32_MAX));
+        info.shape[i] < 0 ? 1 : static_cast<uint32_t>(std::min<int64_t>(info.shape[i], UINT32_MAX));
+  if (spec.shape.rank() < info.rank) spec.shape.set_rank(info.rank);
   return spec;
 }
 

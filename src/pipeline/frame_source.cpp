@@ -271,9 +271,8 @@ Status FrameSource::push(std::span<const weir_tensor> tensors, int64_t pts, int6
   if (!started_) return not_started();
   read_caps();
   take_caps_of_next();
-  if (is_fixed_ && spec_.format != Format::Flexible &&
-      std::any_of(tensors.begin(), tensors.end(), is_empty))
-    return push_gap(pts, duration);
+  if (std::any_of(tensors.begin(), tensors.end(), is_empty) && !may_be_flexible())
+    return push_gap(tensors, pts, duration);
   auto buffer = make_buffer(tensors);
   if (!buffer && is_set_ && is_fixed_) {  // the next element may accept other caps by now
     is_fixed_ = asked_next_ = false;
@@ -296,9 +295,20 @@ Status FrameSource::push(std::span<const weir_tensor> tensors, int64_t pts, int6
   return to_status(flow);
 }
 
+bool FrameSource::may_be_flexible() const {
+  if (is_fixed_ || spec_.format == Format::Flexible) return spec_.format == Format::Flexible;
+  const auto flexible = gst::Ref<GstCaps>::adopt(
+      gst_caps_new_simple("other/tensors", "format", G_TYPE_STRING, "flexible", nullptr));
+  return gst_caps_can_intersect(caps_after(source_.get()).get(), flexible.get());
+}
+
 // Static tensors and media without elements cannot be: downstream learns that their time has
 // passed.
-Status FrameSource::push_gap(int64_t pts, int64_t duration) const {
+Status FrameSource::push_gap(std::span<const weir_tensor> tensors, int64_t pts,
+                             int64_t duration) const {
+  for (size_t i = 0; i < tensors.size(); ++i)
+    if (is_empty(tensors[i]))
+      if (auto spec = pushed_spec(tensors[i], nullptr, i); !spec) return spec.error();
   if (pts < 0) return ok();
   const GstClockTime length =
       duration < 0 ? GST_CLOCK_TIME_NONE : static_cast<GstClockTime>(duration);

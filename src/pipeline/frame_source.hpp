@@ -40,7 +40,8 @@ class FrameSource {
   void take_caps_of_next();
   void set_caps(GstCaps* caps);
   Result<gst::Ref<GstBuffer>> make_buffer(std::span<const weir_tensor> tensors);
-  Status push_gap(int64_t pts, int64_t duration) const;
+  bool may_be_flexible() const;
+  Status push_gap(std::span<const weir_tensor> tensors, int64_t pts, int64_t duration) const;
   Result<gst::Ref<GstBuffer>> tensor_buffer(std::span<const weir_tensor> tensors);
   Status write_caps(const std::vector<TensorSpec>& specs);
   Result<gst::Ref<GstBuffer>> media_buffer(std::span<const weir_tensor> tensors) const;

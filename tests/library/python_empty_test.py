@@ -63,7 +63,7 @@ class Empty(unittest.TestCase):
 
     def test_are_gaps_where_caps_are_static(self):
         arrays = [np.ones((0, 3), np.float32), np.ones((2, 3), np.float32), np.ones((0, 3), np.float32), np.zeros((2, 3), np.float32)]
-        for caps in (f"appsrc name=in caps={STATIC}", f"appsrc name=in ! {STATIC}"):
+        for caps in (f"appsrc name=in caps={STATIC}", f"appsrc name=in ! {STATIC}", "appsrc name=in ! tensor_aggregator frames-dim=1"):
             frames = self.frames(arrays, caps)
             self.assertEqual([frame.pts for frame in frames], [40 * MS, 120 * MS], caps)
 

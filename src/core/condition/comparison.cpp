@@ -87,6 +87,7 @@ double sum(std::span<const std::byte> bytes) noexcept {
 
 Result<size_t> element_index(const Place& place, const TensorSpec& tensor) {
   size_t index = 0, step = 1;
+  if (tensor.shape.is_empty()) return index;  // there is nothing to compare
   for (size_t d = 0; d < kRankLimit; ++d) {
     const uint32_t extent = std::max(tensor.shape[d], 1u);
     if (place.coordinate[d] >= extent)

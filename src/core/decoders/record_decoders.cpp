@@ -76,7 +76,8 @@ TensorSpec to_spec(const weir_tensor_info& info) {
     const int64_t extent = info.shape[rank - 1 - i];
     out.shape[i] = extent > 0 && extent <= UINT32_MAX ? static_cast<uint32_t>(extent) : 0;
   }
-  if (rank > 0) out.shape.set_rank(rank);
+  const bool is_open = std::any_of(info.shape, info.shape + rank, [](int64_t n) { return n < 0; });
+  if (rank == info.rank && rank > 0 && !is_open) out.shape.set_rank(rank);
   return out;
 }
 

@@ -108,7 +108,7 @@ void tint_classes(const Area& area, uint32_t width, uint32_t height,
                   std::span<const uint16_t> classes, uint8_t opacity,
                   const std::function<const Paint*(uint16_t)>& paint_of_class, Canvas* canvas) {
   const Area seen = common_part(area, canvas->all());
-  if (seen.empty()) return;
+  if (seen.empty() || classes.empty()) return;
   const int64_t across = area.right - area.left, down = area.bottom - area.top;
   for (int64_t y = seen.top; y < seen.bottom; ++y) {
     const auto row = static_cast<size_t>((2 * (y - area.top) + 1) * height / (2 * down));

@@ -34,8 +34,9 @@ inline bool restarts(OnCrash on_crash) noexcept {
 // The fix of an error that ended a worker.
 inline constexpr const char* kRestartAndSave = "on-crash=restart crash-folder=/tmp";
 
-// The result of an invoke whose frame was dropped because no worker ran it to its end.
-inline constexpr int kFrameLost = 2;
+// The result of an invoke whose frame was dropped because no worker ran it to its end. Not a
+// weir_no_result, nor a number that an engine would return.
+inline constexpr int kFrameLost = 0x5745FFFF;
 
 struct MonitorCounts {
   uint64_t ended = 0;  // workers that crashed, exited, violated the protocol or their memory limit

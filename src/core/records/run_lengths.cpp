@@ -51,7 +51,7 @@ std::vector<uint32_t> pixel_edges(float begin, float end, uint32_t cells, uint32
 RunLengths runs_of_mask(const MaskView& mask, const Box& box, uint32_t width, uint32_t height) {
   RunWriter out;
   const uint64_t pixels = uint64_t{width} * height;
-  if (!(box.area() > 0)) return out.finish(pixels);
+  if (!(box.area() > 0) || mask.values.empty()) return out.finish(pixels);
   const auto columns = pixel_edges(box.x1, box.x2, mask.width, width);
   const auto rows = pixel_edges(box.y1, box.y2, mask.height, height);
   for (uint32_t column = 0; column < mask.width; ++column)

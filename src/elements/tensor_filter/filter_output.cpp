@@ -141,7 +141,11 @@ bool FilterOutput::skip(const Ticket& ticket) {
 
 Status FilterOutput::add(const Ticket& ticket, gst::Ref<GstBuffer> output) {
   const uint64_t bytes = gst_buffer_get_size(output.get());
-  if (gst_buffer_n_memory(output.get()) == 0) return ok();  // the end of the frame counts it
+  if (gst_buffer_n_memory(output.get()) == 0) {
+    auto gap = gst::gap_like(output.get());
+    if (gap && queue_.add(ticket, std::move(gap))) push_finished();
+    return ok();
+  }
   Waiting waiting(&queue_, ticket);
   const auto room = held_->take_result(bytes, waiting);
   if (room == infer::HeldBytes::Room::Taken) {

@@ -104,8 +104,8 @@ class FilterOutput {
   bool holds(const Ticket& ticket) const { return queue_.holds(ticket); }
 
   // For engines that answer asynchronously: adds one output. At the limit of bytes it waits until
-  // others were pushed, or is dropped. An error if the held outputs wait for the end of an older
-  // frame.
+  // others were pushed, or is dropped. One without memory becomes a GAP event. An error if the held
+  // outputs wait for the end of an older frame.
   Status add(const Ticket& ticket, gst::Ref<GstBuffer> output);
   // Ends the frame, `took` after it began, with what the engine returned. Errors as in finish().
   // The frame counts as consumed, or as dropped when its result is late, refused or lost; outputs

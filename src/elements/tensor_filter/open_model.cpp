@@ -158,10 +158,14 @@ Result<std::unique_ptr<OpenModel>> OpenModel::open(const FilterSettings& s,
   opened->allocates_ = (model.info().flags & WEIR_MODEL_ALLOCATES_OUTPUT) != 0 &&
                        !opened->monitor_ && s.batch_size == 1 &&
                        opened->outputs().size() <= kMemoryLimit;
-  opened->takes_empty_ = (model.info().flags & WEIR_MODEL_EMPTY_INPUT) != 0 && !opened->fallback_;
   if (!s.invoke_async) return opened;
   if (auto status = opened->read_invocation(frame->session()); !status) return status.error();
   return opened;
+}
+
+bool OpenModel::takes_empty() const {
+  const auto model = lease_->shared()->model();
+  return model && !fallback_ && (model->info().flags & WEIR_MODEL_EMPTY_INPUT) != 0;
 }
 
 // Opens the model, and the fallback if there is one. A fallback also describes a model whose

@@ -85,7 +85,8 @@ class OpenModel {
   uint32_t workers() const noexcept { return workers_; }
   // The second model, for frames without a result; null if the user set none.
   Fallback* fallback() const noexcept { return fallback_.get(); }
-  bool takes_empty() const noexcept { return takes_empty_; }
+  // Whether inputs may have no elements. A replaced model may differ.
+  bool takes_empty() const;
   // Suspends the model, unless it runs batches. False while a frame is in progress.
   bool suspend() const { return batch_size_ > 1 || lease_->suspend(); }
   // Adds weights-bytes, shared-by (the number of filters that share the weights), reloads,
@@ -120,7 +121,6 @@ class OpenModel {
   bool asynchronous_ = false;
   bool decides_sizes_ = false;  // the model decides output sizes with each frame
   bool allocates_ = false;      // the engine allocates outputs and passes them on
-  bool takes_empty_ = false;    // the model takes inputs without elements
 };
 
 }  // namespace weir

@@ -165,7 +165,7 @@ class TensorFilter final : public gst::Element<TensorFilter, gst::PlainElement>,
       ledger_.dropped(*reason);
       return GST_FLOW_OK;
     }
-    if (skips_empty_ && gst::has_empty_tensor(buffer.get())) {
+    if (is_flexible_ && gst::has_empty_tensor(buffer.get()) && !model_.get()->takes_empty()) {
       ledger_.dropped(DropReason::Policy);
       if (auto gap = gst::gap_like(buffer.get())) flow_->send(std::move(gap));
       return GST_FLOW_OK;
@@ -454,7 +454,7 @@ class TensorFilter final : public gst::Element<TensorFilter, gst::PlainElement>,
     plan->output = *chosen;
     const auto begun = std::make_shared<const FilterPlan>(*plan);
     if (auto status = flow_->begin(model, begun); !status) return status;
-    skips_empty_ = input.format == Format::Flexible && !model->takes_empty();
+    is_flexible_ = input.format == Format::Flexible;
     describe(model, begun, begins);
     report({plan->model_inputs, plan->model_outputs});
     const auto before = Ref<GstCaps>::adopt(gst_pad_get_current_caps(source_));
@@ -478,7 +478,7 @@ class TensorFilter final : public gst::Element<TensorFilter, gst::PlainElement>,
   }
 
   GstPad* sink_ = nullptr;      // owned by the element
-  bool skips_empty_ = false;    // sends GAP events in place of inputs without elements
+  bool is_flexible_ = false;    // the input; streaming thread
   GstPad* source_ = nullptr;    // owned by the element
   std::mutex replacing_mutex_;  // held while `model` is read and written; taken before other locks
   FilterThreads threads_;

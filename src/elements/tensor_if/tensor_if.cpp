@@ -91,9 +91,7 @@ class TensorIf : public gst::OneToMany<TensorIf> {
     if (is_written()) follow_properties();
     if (!plan_) return *missing_;
     if (auto status = layout_.locate(buffer.get(), spec_); !status) return status.error();
-    // Without elements there is nothing to compare: the condition is false.
-    const auto holds =
-        layout_.has_empty_tensor() ? Result<std::optional<bool>>(false) : decide(buffer.get());
+    const auto holds = decide(buffer.get());
     if (!holds) return holds.error();
     const size_t way = holds->value_or(false) ? 0 : 1;
     const IfBranch& branch = plan_->branches[way];
@@ -179,6 +177,7 @@ class TensorIf : public gst::OneToMany<TensorIf> {
 
   Result<std::optional<bool>> decide(GstBuffer* buffer) {
     if (plan_->custom) {
+      if (layout_.has_empty_tensor()) return std::optional(false);
       if (auto status = reader_.read(buffer, spec_); !status) return status.error();
       if (reader_.bytes_copied() > 0) ledger_.copied(reader_.bytes_copied());
       auto decision = plan_->custom->decide(arguments_.fill(reader_, buffer));
@@ -191,6 +190,7 @@ class TensorIf : public gst::OneToMany<TensorIf> {
       header = kTensorHeaderBytes;
     }
     const auto& comparison = *plan_->comparison;
+    if (layout_.tensors()[comparison.tensor()].spec.shape.is_empty()) return std::optional(false);
     const size_t offset =
         layout_.tensors()[comparison.tensor()].offset + header + comparison.offset();
     std::byte element[8];

@@ -44,7 +44,9 @@ Result<std::vector<TensorSpec>> transformed(const transform::Operation& operatio
 Result<FrameTransformer::Cached*> FrameTransformer::plan_for(size_t index, const TensorSpec& spec) {
   if (plans_.size() <= index) plans_.resize(index + 1);
   auto& cached = plans_[index];
-  if (cached && cached->input.type == spec.type && cached->input.shape.dims() == spec.shape.dims())
+  if (cached && cached->input.type == spec.type &&
+      cached->input.shape.dims() == spec.shape.dims() &&
+      cached->input.shape.rank() == spec.shape.rank())
     return &*cached;
   auto out = transform::output_spec(operation_, spec);
   if (!out) return out.error();

@@ -59,8 +59,16 @@ TEST(EmptyTensors, ComeFromAModelThatDecidesItsSizes) {
 TEST(EmptyTensors, AreGapsWhereTheOutputIsStatic) {
   auto h = make_harness(filter("fake-async", "custom=empty:1,outputs:1 invoke-async=true"),
                         tensors("float32", "4:1"));
+  Errors errors(h);
   ASSERT_EQ(gst_harness_push(h.get(), frame<float>({1, 7, 8, 9}, 5)), GST_FLOW_OK);
   gst_harness_push_event(h.get(), gst_event_new_eos());
+  std::vector<std::string> names;
+  while (names.empty() || names.back() != "eos") {
+    const auto event = Ref<GstEvent>::adopt(gst_harness_pull_event(h.get()));
+    ASSERT_TRUE(event);
+    names.emplace_back(GST_EVENT_TYPE_NAME(event.get()));
+  }
+  EXPECT_EQ(std::count(names.begin(), names.end(), "gap"), 1);
   EXPECT_FALSE(pull(h));
   EXPECT_EQ(stat(h, "tensor_filter", "received"), 1u);
   EXPECT_EQ(stat(h, "tensor_filter", "pushed"), 0u);

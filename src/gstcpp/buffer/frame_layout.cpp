@@ -197,16 +197,23 @@ Status FrameLayout::map_payloads(GstBuffer* buffer, GstMapFlags flags) {
 }
 
 bool has_empty_tensor(GstBuffer* buffer) {
-  const guint count = gst_buffer_n_memory(buffer);
-  bool may_have = count == 1 || count == kMemoryLimit;  // such a memory may hold several tensors
-  for (guint i = 0; i < count; ++i) {
-    // A region, which has elements: mapping would compute it.
-    if (is_deferred_memory(gst_buffer_peek_memory(buffer, i))) return false;
-    may_have |= size_of_memory(buffer, i) == kTensorHeaderBytes;
+  const auto each_memory = [buffer](const auto& has) {
+    for (guint i = 0; i < gst_buffer_n_memory(buffer); ++i)
+      if (has(gst_buffer_peek_memory(buffer, i))) return true;
+    return false;
+  };
+  if (!each_memory(is_deferred_memory)) {
+    FrameLayout layout;
+    return layout.locate(buffer, {Format::Flexible, {}, {}}) && layout.has_empty_tensor();
   }
-  if (!may_have) return false;
-  FrameLayout layout;
-  return layout.locate(buffer, {Format::Flexible, {}, {}}) && layout.has_empty_tensor();
+  // Deferred memories are regions, which have elements: mapping would compute them.
+  return each_memory([](GstMemory* memory) {
+    if (is_deferred_memory(memory)) return false;
+    const MappedMemory map(memory, GST_MAP_READ);
+    if (!map) return false;
+    const auto header = read_tensor_header(map.bytes());
+    return header && header->spec.shape.is_empty();
+  });
 }
 
 }  // namespace weir::gst
