@@ -29,13 +29,15 @@ size_t get_size(const gst::Ref<GstMemory>& memory) {
   return gst_memory_get_sizes(memory.get(), nullptr, nullptr);
 }
 
-Error unlike_caps(const Memories& memories, const std::string& needed) {
+Error unlike_caps(const Memories& memories, const std::string& needed,
+                  const std::vector<TensorSpec>& tensors) {
   std::string sizes;
   for (size_t i = 0; i < memories.size() && i < 16; ++i)
     sizes += (i ? "," : "") + std::to_string(get_size(memories[i]));
   return wire::peer_error("a frame does not match the caps of the stream",
                           std::to_string(memories.size()) + " memories of " + sizes + " bytes",
-                          needed, "a capsfilter with the caps of the edgesink");
+                          needed + "; the fix is a capsfilter before the element that sends them",
+                          gst::caps_to_paste({Format::Static, tensors, {}}));
 }
 
 // Static tensors: the number and the sizes are those of the caps.
@@ -43,7 +45,8 @@ Status check(const Memories& memories, const std::vector<TensorSpec>& tensors) {
   if (tensors.size() != memories.size()) return ok();  // packed, or several tensors in a memory
   for (size_t i = 0; i < tensors.size(); ++i)
     if (tensors[i].bytes() != get_size(memories[i]))
-      return unlike_caps(memories, tensors[i].to_string() + " as tensor " + std::to_string(i));
+      return unlike_caps(memories, tensors[i].to_string() + " as tensor " + std::to_string(i),
+                         tensors);
   return ok();
 }
 
@@ -90,7 +93,8 @@ Result<gst::Ref<GstBuffer>> MessageBuffers::make(Memories memories, uint64_t* co
 
 Status MessageBuffers::pack(Memories memories, GstBuffer* out, uint64_t* copied) const {
   if (!has_headers_ && tensors_.size() != memories.size())
-    return unlike_caps(memories, "at most 16 memories, or one for each tensor of the caps");
+    return unlike_caps(memories, "at most 16 memories, or one for each tensor of the caps",
+                       tensors_);
   std::vector<gst::TensorPiece> pieces;
   for (auto& memory : memories) {
     const size_t i = pieces.size();
