@@ -122,7 +122,8 @@ class Reader {
 
   Status element(const LaunchToken& token) {
     size_t& count = counts_[token.text];
-    graph_.elements.push_back({token.text, token.text + std::to_string(count), count, {}, {}});
+    graph_.elements.push_back(
+        {token.text, token.text + std::to_string(count), count, token.at, {}, {}});
     ++count;
     join({graph_.elements.size() - 1, "", token.at});
     return ok();

@@ -14,6 +14,7 @@ namespace weir::app {
 struct LaunchElement {
   std::string type, name;  // name: name=, or GStreamer's default, "tee0"
   size_t number = 0;       // counts elements of this type from 0
+  size_t at = 0;           // offset in the text
   // Indices of links, in text order.
   std::vector<size_t> inputs, outputs;
 };

@@ -8,6 +8,7 @@
 #include <string_view>
 
 #include "core/text/error_text.hpp"
+#include "core/text/shell_quote.hpp"
 #include "core/text/text.hpp"
 #include "gstcpp/element/elements.hpp"
 #include "gstcpp/element/property_text.hpp"
@@ -19,16 +20,109 @@
 namespace weir::app {
 namespace {
 
-struct Lacking {
-  std::string_view name, alternative;
+constexpr std::string_view kNnstreamer = "NNStreamer", kDlStreamer = "DL Streamer",
+                           kDeepStream = "DeepStream", kGStreamer = "GStreamer's analytics",
+                           kRos = "ROS";
+constexpr std::string_view kDetection =
+    "tensor_preprocess ! tensor_filter ! tensor_decoder mode=detection";
+constexpr std::string_view kOfRegions =
+    "tensor_preprocess with the boxes on its pad regions, tensor_filter, tensor_decoder";
+constexpr std::string_view kNode =
+    "appsrc or appsink, in a program that is a node, or edgesrc and edgesink between processes";
+
+// In `runs_model`, `weir try MODEL` prints the elements for a model.
+struct Foreign {
+  std::string_view name, project, equivalent;
+  bool runs_model = false;
+  bool is_element = false;  // the equivalent can be pasted in its place
 };
-// Elements of NNStreamer; a build that has one never looks it up here.
-constexpr std::array kLacking{
-    Lacking{"tensor_src_iio", "appsrc in a program that reads the sensor, with caps other/tensors"},
-    Lacking{"tensor_trainer", "tensor_filter, with a model that was trained elsewhere"},
-    Lacking{"datareposrc", "multifilesrc ! application/octet-stream ! tensor_converter"},
-    Lacking{"datareposink", "multifilesink, which writes the bytes of each frame to a file"},
+constexpr std::array kForeign{
+    Foreign{"tensor_src_iio", kNnstreamer,
+            "appsrc in a program that reads the sensor, with caps other/tensors"},
+    Foreign{"tensor_trainer", kNnstreamer,
+            "tensor_filter, with a model that was trained elsewhere"},
+    Foreign{"datareposrc", kNnstreamer,
+            "multifilesrc ! application/octet-stream ! tensor_converter"},
+    Foreign{"datareposink", kNnstreamer,
+            "multifilesink, which writes the bytes of each frame to a file"},
+    Foreign{"tensor_ros_src", kRos, kNode},
+    Foreign{"tensor_ros_sink", kRos, kNode},
+    Foreign{"gvadetect", kDlStreamer, kDetection, true},
+    Foreign{"gvaclassify", kDlStreamer, kOfRegions, true},
+    Foreign{"gvainference", kDlStreamer, "tensor_preprocess ! tensor_filter", true},
+    Foreign{"gvagenai", kDlStreamer, "tensor_filter framework=oip", true},
+    Foreign{"gvaaudiodetect", kDlStreamer,
+            "audioconvert ! audioresample ! tensor_converter ! tensor_filter", true},
+    Foreign{"gvatrack", kDlStreamer, "tensor_tracker", false, true},
+    Foreign{"gvawatermark", kDlStreamer, "tensor_overlay, with the results on its pad"},
+    Foreign{"gvametaconvert", kDlStreamer, "tensor_decoder mode=json", false, true},
+    Foreign{"gvametapublish", kDlStreamer, "filesink, mqttsink or another sink"},
+    Foreign{"gvametaaggregate", kDlStreamer, "tensor_mux"},
+    Foreign{"gvapython", kDlStreamer, "tensor_filter framework=python3 model=SCRIPT.py"},
+    Foreign{"gvafpscounter", kDlStreamer, "identity, and the table of weir run"},
+    Foreign{"gvaattachroi", kDlStreamer, "boxes on the pad regions of tensor_preprocess"},
+    Foreign{"nvinfer", kDeepStream, kDetection, true},
+    Foreign{"nvinferserver", kDeepStream, "tensor_filter framework=oip", true},
+    Foreign{"nvtracker", kDeepStream, "tensor_tracker", false, true},
+    Foreign{"nvdsosd", kDeepStream, "tensor_overlay, with the results on its pad"},
+    Foreign{"nvdsanalytics", kDeepStream, "tensor_zones"},
+    Foreign{"nvmsgconv", kDeepStream, "tensor_decoder mode=json", false, true},
+    Foreign{"nvmsgbroker", kDeepStream, "mqttsink"},
+    Foreign{"nvstreammux", kDeepStream,
+            "a tensor_filter for each stream, with batch-size and the same "
+            "shared-tensor-filter-key"},
+    Foreign{"nvvideoconvert", kDeepStream, "videoconvert", false, true},
+    Foreign{"onnxinference", kGStreamer, kDetection, true},
+    Foreign{"tfliteinference", kGStreamer, kDetection, true},
+    Foreign{"ssdobjectdetector", kGStreamer, "tensor_decoder mode=detection", false, true},
+    Foreign{"ssdtensordec", kGStreamer, "tensor_decoder mode=detection", false, true},
+    Foreign{"objectdetectionoverlay", kGStreamer, "tensor_overlay, with the results on its pad"},
 };
+
+// The words of the element at `at`, up to the next link.
+std::vector<LaunchToken> words_of_element(const std::string& text, size_t at) {
+  const auto all = launch_tokens(text);
+  std::vector<LaunchToken> out;
+  if (!all) return out;
+  for (const auto& word : *all) {
+    if (word.at < at) continue;
+    if (!out.empty() && !word.assigns) break;
+    out.push_back(word);
+  }
+  return out;
+}
+
+std::string find_model(const std::vector<LaunchToken>& words) {
+  for (const std::string_view key : {"model=", "model-file="})
+    for (const auto& word : words)
+      if (word.text.starts_with(key)) return word.text.substr(key.size());
+  return "MODEL.onnx";
+}
+
+// OPTION_SYNTAX with the equivalent of `name`, an element of another project that is at `at` in the
+// pipeline `text`. nullopt for other names.
+std::optional<Error> foreign_element(const std::string& name, const std::string& text, size_t at) {
+  const auto* known = std::find_if(kForeign.begin(), kForeign.end(),
+                                   [&name](const Foreign& one) { return one.name == name; });
+  const bool is_ros = name.starts_with("ros") || name.starts_with("tensor_ros");
+  const Foreign foreign = known != kForeign.end() ? *known : Foreign{name, kRos, kNode};
+  if (known == kForeign.end() && !is_ros) return std::nullopt;
+  Error out{.code = Code::OPTION_SYNTAX,
+            .what = "Weir has no element " + name + " of " + std::string(foreign.project),
+            .needed = std::string(foreign.equivalent)};
+  const auto words = words_of_element(text, at);
+  if (foreign.runs_model) {
+    out.needed += "; weir try prints them for a model";
+    out.fix = "weir try " + shell_word(find_model(words)) + " photo.jpg";
+  }
+  if (foreign.is_element && !words.empty()) {
+    // Properties of the foreign element are left out.
+    const auto& last = words.back();
+    const size_t end = std::min(text.find(" !", last.at), text.size());
+    out.fix = text.substr(0, at) + std::string(foreign.equivalent) + text.substr(end);
+  }
+  return out;
+}
 
 // Elements that a build without an optional library lacks.
 struct Optional {
@@ -80,10 +174,9 @@ Error missing_element(const std::string& name, const std::string& text) {
   const auto at = find_place(name, text);
   const std::string place = at ? place_in(text, *at) : "";
   out.difference = place;
-  if (const auto lacking = find(kLacking, name); lacking != kLacking.end()) {
-    out.what = "Weir has no element " + name + " of NNStreamer";
-    out.needed = std::string(lacking->alternative);
-    return out;
+  if (auto foreign = foreign_element(name, text, at.value_or(0))) {
+    foreign->difference = place;
+    return *std::move(foreign);
   }
   if (const auto optional = find(kOptional, name); optional != kOptional.end()) {
     out.needed = std::string(optional->needed);
@@ -272,6 +365,7 @@ Result<gst::Ref<GstElement>> read_pipeline(const std::vector<std::string>& words
                  .offered = "\"" + text + "\"",
                  .needed = "elements with ! between them",
                  .fix = "weir run 'videotestsrc num-buffers=30 ! fakesink'"};
+  if (auto flags = dimensions_without_type(text)) return *std::move(flags);
   gst::Unique<GstParseContext, gst_parse_context_free> context(gst_parse_context_new());
   GError* error = nullptr;
   GstElement* floating = parse_words(words, context.get(), &error);
@@ -283,6 +377,7 @@ Result<gst::Ref<GstElement>> read_pipeline(const std::vector<std::string>& words
     return failure;
   }
   if (auto missing = missing_pad(text, parsed.get())) return *std::move(missing);
+  if (auto missing = missing_link(text)) return *std::move(missing);
   if (GST_IS_PIPELINE(parsed.get())) return parsed;
   auto pipeline =
       gst::Ref<GstElement>::adopt(GST_ELEMENT(gst_object_ref_sink(gst_pipeline_new(nullptr))));

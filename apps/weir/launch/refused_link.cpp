@@ -74,6 +74,18 @@ std::vector<std::string> template_names(const std::string& type, GstPadDirection
   return out;
 }
 
+// Whether an element of this type has a pad of the direction from the beginning.
+bool has_always_pad(const std::string& type, GstPadDirection direction) {
+  const auto factory = gst::Ref<GstElementFactory>::adopt(gst_element_factory_find(type.c_str()));
+  if (!factory) return false;
+  for (const GList* item = gst_element_factory_get_static_pad_templates(factory.get()); item;
+       item = item->next) {
+    const auto* pad = static_cast<const GstStaticPadTemplate*>(item->data);
+    if (pad->direction == direction && pad->presence == GST_PAD_ALWAYS) return true;
+  }
+  return false;
+}
+
 // The name with `number` for each conversion.
 std::string numbered(std::string name, const std::string& number) {
   while (const auto conversion = next_conversion(name))
@@ -323,6 +335,41 @@ std::optional<Error> refused_link(const std::string& text, const std::string& me
   out.needed = converter + " between them, which converts the stream";
   out.fix = mended;
   return out;
+}
+
+std::optional<Error> missing_link(const std::string& text) {
+  const auto graph = read_launch_graph(text);
+  if (!graph) return std::nullopt;
+  for (size_t i = 0; i + 1 < graph->elements.size(); ++i) {
+    const auto &from = graph->elements[i], &to = graph->elements[i + 1];
+    if (!from.outputs.empty() || !to.inputs.empty()) continue;
+    if (!has_always_pad(from.type, GST_PAD_SRC) || !has_always_pad(to.type, GST_PAD_SINK)) continue;
+    return Error{.code = Code::OPTION_SYNTAX,
+                 .what = from.type + " and " + to.type + " are not linked",
+                 .needed = "a ! between them",
+                 .difference = place_in(text, to.at),
+                 .fix = text.substr(0, to.at) + "! " + text.substr(to.at)};
+  }
+  return std::nullopt;
+}
+
+std::optional<Error> dimensions_without_type(const std::string& text) {
+  constexpr std::string_view kHexadecimal = "0123456789abcdefABCDEF";
+  for (const std::string_view key : {"dimensions=", "dimension="})
+    for (size_t at = text.find(key); at != std::string::npos; at = text.find(key, at + 1)) {
+      const size_t begin = at + key.size();
+      const size_t colon = text.find_first_not_of(kHexadecimal, begin);
+      if (colon == std::string::npos || colon == begin || text[colon] != ':') continue;
+      const size_t end = std::min(text.find_first_not_of(kHexadecimal, colon + 1), text.size());
+      if (end == colon + 1 || (end < text.size() && text[end] == ':')) continue;
+      return Error{.code = Code::OPTION_SYNTAX,
+                   .what = "dimensions of two numbers without a type are flags for GStreamer",
+                   .offered = text.substr(at, end - at),
+                   .needed = std::string(key) + "(string)" + text.substr(begin, end - begin),
+                   .difference = place_in(text, at),
+                   .fix = text.substr(0, begin) + "(string)" + text.substr(begin)};
+    }
+  return std::nullopt;
 }
 
 std::optional<Error> missing_pad(const std::string& text, GstElement* parsed) {

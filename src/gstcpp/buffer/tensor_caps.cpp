@@ -234,6 +234,22 @@ Result<FrameSpec> spec_from_caps(const GstCaps* caps) {
   return spec;
 }
 
+namespace {
+
+// "" unless dimensions are flags, as GStreamer reads dimensions=640:3.
+std::string flags_instead_of_dimensions(const GstCaps* caps) {
+  for (guint i = 0; caps && i < gst_caps_get_size(caps); ++i)
+    for (const char* name : {"dimensions", "dimension"}) {
+      const GValue* value = gst_structure_get_value(gst_caps_get_structure(caps, i), name);
+      if (value && g_type_is_a(G_VALUE_TYPE(value), GST_TYPE_FLAG_SET))
+        return std::string(name) + "=A:B without (string) is a set of flags; write " + name +
+               "=(string)A:B";
+    }
+  return "";
+}
+
+}  // namespace
+
 Result<FrameSpec> fixed_spec_from_caps(const GstCaps* caps) {
   auto spec = spec_from_caps(caps);
   if (!spec) return spec;
@@ -242,7 +258,8 @@ Result<FrameSpec> fixed_spec_from_caps(const GstCaps* caps) {
     return Error{.code = Code::NOT_NEGOTIATED,
                  .what = "the caps are not fixed",
                  .offered = text.get(),
-                 .needed = "one value for every field"};
+                 .needed = "one value for every field",
+                 .difference = flags_instead_of_dimensions(caps)};
   if (!spec->valid())
     return Error{.code = Code::FORMAT_UNSUPPORTED,
                  .what = "the caps do not describe the tensors completely",
@@ -353,6 +370,7 @@ Error downstream_mismatch(const std::string& name, const GstCaps* peer, std::str
                .what = "the element downstream of " + name + " does not accept its output",
                .offered = std::move(offered),
                .needed = needed.get(),
+               .difference = flags_instead_of_dimensions(peer),
                .fix = std::move(fix)};
 }
 
