@@ -57,10 +57,7 @@ bool has_pictures(const infer::Model& model) {
 card::Search card_search(const std::string& model_path, const infer::Model& model) {
   card::Search search;
   search.model = model_path;
-  search.sha256 = [digest = std::string(), model_path]() mutable {
-    if (digest.empty()) digest = gst::compute_sha256(model_path);
-    return digest;
-  };
+  search.sha256 = [model_path] { return gst::known_sha256(model_path); };
   search.folders = card::card_folders();
   search.inputs = make_image_inputs(model);
   const auto properties = make_properties(model);

@@ -98,13 +98,13 @@ class Run(Case):
         source, network = "videotestsrc num-buffers=2", f"tensor_filter framework=fake-models model={model} ! fakesink"
         done = weir("run", f"{source} ! tensor_converter ! {network}")
         fix = f"tensor_preprocess card={path} ! tensor_filter"
-        self.refused(done, 1, "WEIR-2001: the stream does not fit the model",
-                     f"fix: {fix}, directly after the video, without tensor_converter\n")
+        self.refused(done, 1, "WEIR-2001: the stream does not fit the model", f"fix: videoconvert ! {fix}\n")
         self.good(weir("run", f"{source} ! {fix} {network.removeprefix('tensor_filter ')}"))
         # A card that does not make what the model needs is no fix.
         path.write_text(json.dumps(card | {"inputs": [picture | {"shape": [1, 3, 8, 8]}]}))
         done = weir("run", f"{source} ! tensor_converter ! {network}")
-        self.refused(done, 1, "WEIR-2001", "fix: tensor_transform mode=typecast option=float32 ! tensor_filter\n")
+        self.refused(done, 1, "WEIR-2001", "; assumed: pixels as the mean and deviation of ImageNet, RGB, stretched",
+                     "fix: videoconvert ! tensor_preprocess width=24 height=16 layout=NCHW mean=123.675,116.28,103.53 scale=0.017")
 
     def test_a_missing_file_is_named(self):
         (self.folder / "street.mp4").write_bytes(b"")

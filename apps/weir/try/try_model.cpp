@@ -14,15 +14,18 @@
 #include "core/decoders/stream_model.hpp"
 #include "core/heads/families.hpp"
 #include "core/heads/output_shapes.hpp"
+#include "core/heads/readings.hpp"
+#include "core/heads/usual_input.hpp"
 #include "core/infer/model/model.hpp"
 #include "core/infer/module/model_file.hpp"
 #include "core/infer/module/module_library.hpp"
+#include "core/tensor/model_tensor.hpp"
 #include "core/text/shell_quote.hpp"
 #include "gstcpp/element/file_digest.hpp"
 #include "inspect/command_error.hpp"
 #include "inspect/model_card.hpp"
 #include "models/catalogue.hpp"
-#include "try/default_preprocessing.hpp"
+#include "try/sized_tensors.hpp"
 #include "weir/join.hpp"
 #include "weir/label_file.hpp"
 
@@ -30,14 +33,6 @@ namespace weir::app {
 namespace {
 
 namespace fs = std::filesystem;
-
-constexpr std::pair<const char*, heads::Task> kModes[] = {
-    {"text", heads::kText},
-    {"detection", heads::kDetection},
-    {"pose", heads::kPose},
-    {"segmentation", heads::kSegmentation},
-    {"classification", heads::kClassification},
-    {"depth", heads::kDepth}};
 
 // The error of a model file that is not there, with a command as its fix: for a file with a similar
 // name, or for the model of the catalogue that has such a file.
@@ -105,48 +100,25 @@ decoders::StreamModel describe_model(const infer::Model& model, const std::strin
   return out;
 }
 
-struct Reading {
-  std::string mode;
-  const heads::Family* family = nullptr;
-};
-
-// Those that names or metadata make certain, if any; else those of rows and points, whose shapes
-// say more than the shapes of maps and lists of scores do.
-std::vector<Reading> likely(const std::vector<Reading>& readings,
-                            const heads::ModelSignature& facts) {
-  const auto chosen = [&](auto is_chosen) {
-    std::vector<Reading> out;
-    std::copy_if(readings.begin(), readings.end(), std::back_inserter(out), is_chosen);
-    return out;
-  };
-  auto out =
-      chosen([&](const Reading& r) { return r.family->fit(facts) == heads::Match::Certain; });
-  if (out.empty())
-    out = chosen([](const Reading& r) {
-      const uint32_t tasks = r.family->tasks;
-      return (tasks & (heads::kDetection | heads::kPose)) != 0 && (tasks & heads::kText) == 0;
-    });
-  return out.empty() ? readings : out;
-}
-
 // The option that selects one of several readings.
-std::string make_option(const Reading& reading, const std::vector<Reading>& all) {
-  const bool is_only_one = std::count_if(all.begin(), all.end(), [&](const Reading& other) {
+std::string make_option(const heads::Reading& reading, const std::vector<heads::Reading>& all) {
+  const bool is_only_one = std::count_if(all.begin(), all.end(), [&](const heads::Reading& other) {
                              return other.mode == reading.mode;
                            }) == 1;
   return is_only_one ? "--mode " + reading.mode : "--head " + std::string(reading.family->name);
 }
 
-Error several(const std::vector<Reading>& readings, const heads::ModelSignature& facts) {
-  return {
-      .code = Code::SPEC_MISMATCH,
-      .what =
-          "the outputs can be read as " +
-          join(readings, " or as ",
-               [](const Reading& r) { return r.mode + " (" + std::string(r.family->name) + ")"; }),
-      .offered = facts.describe_outputs(),
-      .needed = "the option that chooses one",
-      .fix = join(readings, " or ", [&](const Reading& r) { return make_option(r, readings); })};
+Error several(const std::vector<heads::Reading>& readings, const heads::ModelSignature& facts) {
+  return {.code = Code::SPEC_MISMATCH,
+          .what = "the outputs can be read as " + join(readings, " or as ",
+                                                       [](const heads::Reading& r) {
+                                                         return r.mode + " (" +
+                                                                std::string(r.family->name) + ")";
+                                                       }),
+          .offered = facts.describe_outputs(),
+          .needed = "the option that chooses one",
+          .fix = join(readings, " or ",
+                      [&](const heads::Reading& r) { return make_option(r, readings); })};
 }
 
 Error unknown_outputs(const heads::ModelSignature& facts) {
@@ -160,60 +132,41 @@ Error unknown_outputs(const heads::ModelSignature& facts) {
           .fix = "--mode detection prints what the heads of a mode need, --head NAME tries one"};
 }
 
-// The families that can read the outputs, each with the first mode that shows it.
-std::vector<Reading> list_readings(const heads::ModelSignature& facts, uint32_t tasks) {
-  std::vector<Reading> out;
-  for (const auto& [name, task] : kModes) {
-    if (!(tasks & task)) continue;
-    for (const heads::Family* family : heads::fitting(facts, task)) {
-      const bool is_known = std::any_of(
-          out.begin(), out.end(), [&](const Reading& other) { return other.family == family; });
-      if (!is_known) out.push_back({name, family});
-    }
-  }
-  // One list of scores is a class of the picture, not a text of one step.
-  const auto has = [&](std::string_view name) {
-    return std::any_of(out.begin(), out.end(),
-                       [&](const Reading& r) { return r.family->name == name; });
-  };
-  if (has("classifier"))
-    std::erase_if(out, [](const Reading& r) { return r.family->name == "ctc"; });
-  return out;
-}
-
 // The tasks of the user's mode, or of all modes for "".
 Result<uint32_t> parse_tasks(const std::string& mode) {
   uint32_t tasks = 0;
-  for (const auto& [name, task] : kModes)
+  for (const auto& [name, task] : heads::kReadingModes)
     if (mode.empty() || mode == name) tasks |= task;
   if (tasks != 0) return tasks;
   return Error{.code = Code::OPTION_VALUE,
                .what = "there is no such mode",
                .offered = "--mode " + mode,
-               .needed = "one of: " + join(kModes, ", ", [](const auto& m) { return m.first; }),
+               .needed = "one of: " +
+                         join(heads::kReadingModes, ", ", [](const auto& m) { return m.first; }),
                .fix = "--mode detection"};
 }
 
 // The mode and family for the model's outputs. `mode` and `head` are the user's, or "".
-Result<Reading> find_reading(const heads::ModelSignature& facts, const std::string& mode,
-                             const std::string& head, std::vector<std::string>* notes) {
+Result<heads::Reading> find_reading(const heads::ModelSignature& facts, const std::string& mode,
+                                    const std::string& head, std::vector<std::string>* notes) {
   const auto tasks = parse_tasks(mode);
   if (!tasks) return tasks.error();
   if (!head.empty()) {
     const heads::Family& family = heads::family_named(head, *tasks);
-    for (const auto& [name, task] : kModes)
-      if (family.tasks & *tasks & task) return Reading{name, &family};
+    for (const auto& [name, task] : heads::kReadingModes)
+      if (family.tasks & *tasks & task) return heads::Reading{name, &family};
   }
-  const auto readings = list_readings(facts, *tasks);
-  const auto best = likely(readings, facts);
+  const auto readings = heads::list_readings(facts, *tasks);
+  const auto best = heads::likely(readings, facts);
   if (best.size() > 1) return several(best, facts);
   if (best.empty() && !mode.empty())
-    return Reading{mode, &heads::recognise(facts, *tasks)};  // throws the reason
+    return heads::Reading{mode, &heads::recognise(facts, *tasks)};  // throws the reason
   if (best.empty()) return unknown_outputs(facts);
-  std::vector<Reading> others = readings;
-  std::erase_if(others, [&](const Reading& other) { return other.family == best[0].family; });
+  std::vector<heads::Reading> others = readings;
+  std::erase_if(others,
+                [&](const heads::Reading& other) { return other.family == best[0].family; });
   if (!others.empty() && best[0].family->fit(facts) != heads::Match::Certain)
-    notes->push_back("also possible: " + join(others, ", ", [&](const Reading& other) {
+    notes->push_back("also possible: " + join(others, ", ", [&](const heads::Reading& other) {
                        return make_option(other, readings);
                      }));
   return best[0];
@@ -241,7 +194,7 @@ Result<std::string> kept_labels(const std::vector<std::string>& names, const std
 std::vector<std::string> found_labels(const decoders::StreamModel& model, const std::string& path) {
   if (const auto& names = model.labels(); !names.empty()) return names;
   return card::labels_by_name(
-      path, [&path] { return gst::compute_sha256(path); }, card::card_folders());
+      path, [&path] { return gst::known_sha256(path); }, card::card_folders());
 }
 
 struct ModelLabels {
@@ -306,20 +259,75 @@ Result<std::string> decode_by_head(const TryOptions& options, const std::string&
   }
 }
 
+// The samples of one frame of a model that takes a signal of float32 as a vector.
+std::optional<int64_t> find_samples(const infer::Model& model) {
+  constexpr int64_t kMin = 256;  // fewer are not the samples of a sound
+  const auto& inputs = model.inputs();
+  if (inputs.size() != 1 || inputs[0].type != WEIR_FLOAT32 || inputs[0].rank > WEIR_RANK_LIMIT)
+    return std::nullopt;
+  int64_t samples = 0;
+  for (uint32_t i = 0; i < inputs[0].rank; ++i) {
+    if (inputs[0].shape[i] == 1) continue;
+    if (samples != 0) return std::nullopt;
+    samples = inputs[0].shape[i];
+  }
+  return samples >= kMin ? std::optional(samples) : std::nullopt;
+}
+
+std::string pipeline_for_sound(const TryOptions& options, const std::string& path, int64_t samples,
+                               const std::string& mode) {
+  return "gst-launch-1.0 -q " +
+         PipelineDescription()
+             .element("filesrc", {{"location", options.input}})
+             .text(
+                 " ! decodebin ! audioconvert ! audioresample ! "
+                 "audio/x-raw,format=F32LE,rate=16000,channels=1 ! tensor_converter "
+                 "frames-per-tensor=" +
+                 std::to_string(samples) + " ! tensor_transform mode=transpose option=1:0:2:3 ! ")
+             .element("tensor_filter", {{"model", path}})
+             .text(" ! tensor_decoder mode=" + mode +
+                   " max-results=1 ! tensor_decoder mode=json ! fdsink")
+             .pasted();
+}
+
+// The error for a model that takes no picture, whose outputs are read in `mode`. The fix is a
+// pipeline for models of sound, otherwise `weir inspect`.
+Error takes_no_picture(const TryOptions& options, const std::string& path,
+                       const infer::Model& model, const std::string& mode) {
+  const auto samples = find_samples(model);
+  return {.code = Code::SPEC_MISMATCH,
+          .what = "weir try runs models that take a picture",
+          .offered = path + " takes " + list_tensors(model_tensors(model.inputs())),
+          .needed = samples
+                        ? "for sound, a pipeline as in docs/guide/classify-sound.md; it assumes "
+                          "16000 samples a second, as most models of sound have"
+                        : "for other data, a pipeline as in docs/guide/use-a-sensor.md",
+          .fix = samples ? pipeline_for_sound(options, path, *samples, mode)
+                         : "weir inspect " + shell_word(path)};
+}
+
+bool takes_picture(const infer::Model& model) {
+  std::string ignored;
+  const auto inputs = sized_inputs(model, {});
+  return std::any_of(inputs.begin(), inputs.end(), [&](const auto& input) {
+    return heads::usual_input("", input, &ignored).has_value();
+  });
+}
+
 // How pixels are prepared: by the card, else as models of the family usually are.
-Status prepare(const Result<card::Card>& card, const infer::Model& model, const std::string& family,
-               TryModel* out) {
+Status prepare(const TryOptions& options, const Result<card::Card>& card, const infer::Model& model,
+               const std::string& family, TryModel* out) {
   if (card) {
-    out->preparation = card->path.empty() ? preprocess_properties(card->inputs[0])
+    out->preparation = card->path.empty() ? card::preprocess_properties(card->inputs[0])
                                           : Properties{{"card", card->path}};
     return ok();
   }
   std::string note;
   const auto inputs = sized_inputs(model, {});
   const auto pixels =
-      inputs.size() == 1 ? default_image_input(family, inputs[0], &note) : std::nullopt;
-  if (!pixels) return card.error();
-  out->preparation = preprocess_properties(*pixels);
+      inputs.size() == 1 ? heads::usual_input(family, inputs[0], &note) : std::nullopt;
+  if (!pixels) return takes_no_picture(options, out->path, model, out->mode);
+  out->preparation = card::preprocess_properties(*pixels);
   out->notes.push_back(note);
   return ok();
 }
@@ -339,6 +347,8 @@ Result<TryModel> try_model(const TryOptions& options) {
   if (!card && card.error().code == Code::CARD_INVALID) return card.error();
   const auto facts =
       describe_model(**model, out.path, card ? card->inputs[0].shape : std::vector<int64_t>());
+  if (!card && !takes_picture(**model))
+    return takes_no_picture(options, out.path, **model, "classification");
   auto labels = read_labels(options, card, facts, out.path);
   if (!labels) return labels.error();
   out.labels = labels->file;
@@ -354,7 +364,7 @@ Result<TryModel> try_model(const TryOptions& options) {
     if (!head) return head.error();
     family = *head;
   }
-  if (auto status = prepare(card, **model, family, &out); !status) return status.error();
+  if (auto status = prepare(options, card, **model, family, &out); !status) return status.error();
   return out;
 }
 

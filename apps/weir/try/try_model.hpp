@@ -22,7 +22,7 @@ struct TryModel {
 
 // Opens the model, which is a path or a name of the catalogue, and chooses by its card, its
 // metadata and its outputs. Errors: those of opening a model; SPEC_MISMATCH when no mode or several
-// modes can read the outputs; CARD_MISSING for a model that does not take a picture,
+// modes can read the outputs; also for a model that does not take a picture;
 // CARD_INVALID for a card that cannot be read or belongs to another file.
 Result<TryModel> try_model(const TryOptions& options);
 

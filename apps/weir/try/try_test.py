@@ -281,6 +281,20 @@ class Real(Case):
         self.assertRegex(self.good(done), r"(?m)^  bus \d+ %")
         self.assertIn(f" labels={self.folder}/weir/labels/other.txt ", done.stderr)
 
+    @unittest.skipUnless("tensorflow-lite" in os.environ["WEIR_MODULE_PATH"], "the engine tensorflow-lite is not built")
+    def test_a_model_of_sound_gets_a_pipeline_for_sound(self):
+        done = weir("try", SHARED / "models/audio/yamnet.tflite", SHARED / "media/audio/speech.wav", **CARDS)
+        self.refused(done, 1, "WEIR-2001: weir try runs models that take a picture", "float32 15600")
+        line = re.search("fix: (.*)", done.stderr)[1]
+        played = subprocess.run(line, shell=True, capture_output=True, text=True, timeout=120, env={**os.environ, **CARDS}, check=True)
+        labels = [json.loads(text)["labels"][0]["label"] for text in played.stdout.splitlines()]
+        self.assertEqual(set(labels), {"Speech"})
+
+    @unittest.skipUnless("tensorflow-lite" in os.environ["WEIR_MODULE_PATH"], "the engine tensorflow-lite is not built")
+    def test_a_model_of_other_data_is_sent_to_its_description(self):
+        model = SHARED / "models/sensor/keypoint_classifier.tflite"
+        self.refused(weir("try", model, "test", **CARDS), 1, "weir try runs models that take a picture", f"fix: weir inspect {model}\n")
+
     def test_a_model_without_a_card_is_read_by_its_outputs(self):
         done = weir("try", "--json", model("detection/yolox_nano.onnx"), picture("image/bus.jpg"), WEIR_CARD_PATH=str(self.folder))
         frame = json.loads(self.good(done))

@@ -70,6 +70,15 @@ Result<Card> read(const std::string& path);
 Result<std::vector<std::string>> read_labels(const Card& card, const std::string& model_path,
                                              const std::vector<std::string>& folders);
 
+// The properties of tensor_preprocess for an input, names and values: width, height, fit, ...
+std::vector<std::pair<std::string, std::string>> preprocess_properties(const ImageInput& input);
+// tensor_preprocess with these properties, to paste.
+std::string preprocess_element(const ImageInput& input);
+
+// The elements that turn a tensor of bytes of the picture's size, colours innermost, into the
+// model's input; "" if there is nothing to do.
+std::string value_elements(const ImageInput& input);
+
 // The elements that turn raw video into the model's input:
 // "videoconvert ! videoscale ... ! tensor_converter ! tensor_transform ...", or tensor_preprocess
 // with the properties for a letterbox.

@@ -8,6 +8,8 @@
 namespace weir::card {
 namespace {
 
+constexpr char kPlanar[] = " ! tensor_transform mode=transpose option=1:2:0:3";
+
 // Always with a decimal point or an exponent; tensor_transform reads other operands as integers.
 std::string decimal(double value) {
   char text[32];
@@ -57,27 +59,52 @@ std::string arithmetic(const ImageInput& input) {
   return out;
 }
 
-std::string numbers(const std::vector<double>& values) {
-  return join(values, ",", decimal);
+std::string number_text(double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.9g", value);
+  return text;
 }
 
-// Classic elements letterbox with black borders only.
-std::string letterbox(const ImageInput& input) {
-  const char* order = input.color == Color::Bgr ? " channel-order=BGR" : "";
-  if (input.color == Color::Gray) order = " channel-order=GRAY";
-  std::string out = "tensor_preprocess width=" + std::to_string(input.width()) +
-                    " height=" + std::to_string(input.height()) +
-                    " fit=letterbox padding-value=" + std::to_string(input.padding) + order;
-  if (input.layout == Layout::Nchw) out += " layout=NCHW";
-  if (!input.mean.empty()) out += " mean=" + numbers(input.mean);
-  if (!input.scale.empty()) out += " scale=" + numbers(input.scale);
-  return out + " type=" + std::string(to_string(input.type));
+void add_list(const char* name, const std::vector<double>& values,
+              std::vector<std::pair<std::string, std::string>>* out) {
+  if (!values.empty()) out->emplace_back(name, join(values, ",", number_text));
 }
 
 }  // namespace
 
+std::vector<std::pair<std::string, std::string>> preprocess_properties(const ImageInput& input) {
+  std::vector<std::pair<std::string, std::string>> out{{"width", std::to_string(input.width())},
+                                                       {"height", std::to_string(input.height())}};
+  if (input.resize == Fit::Letterbox) {
+    out.emplace_back("fit", "letterbox");
+    out.emplace_back("padding-value", std::to_string(input.padding));
+  }
+  if (input.resize == Fit::Crop) out.emplace_back("fit", "centre-crop");
+  if (input.color == Color::Bgr) out.emplace_back("channel-order", "BGR");
+  if (input.color == Color::Gray) out.emplace_back("channel-order", "GRAY");
+  if (input.layout == Layout::Nchw) out.emplace_back("layout", "NCHW");
+  add_list("mean", input.mean, &out);
+  add_list("scale", input.scale, &out);
+  out.emplace_back("type", to_string(input.type));
+  return out;
+}
+
+std::string preprocess_element(const ImageInput& input) {
+  std::string out = "tensor_preprocess";
+  for (const auto& [name, value] : preprocess_properties(input)) out += " " + name + "=" + value;
+  return out;
+}
+
+std::string value_elements(const ImageInput& input) {
+  const std::string values = arithmetic(input);
+  const std::string turned = input.layout == Layout::Nchw ? kPlanar : "";
+  const std::string all = values + turned;
+  return all.empty() ? "" : all.substr(std::string_view(" ! ").size());
+}
+
 std::string preparation(const ImageInput& input) {
-  if (input.resize == Fit::Letterbox) return letterbox(input);
+  // Classic elements letterbox with black borders only.
+  if (input.resize == Fit::Letterbox) return preprocess_element(input);
   const char* format = input.color == Color::Gray  ? "GRAY8"
                        : input.color == Color::Rgb ? "RGB"
                                                    : "BGR";
@@ -88,7 +115,7 @@ std::string preparation(const ImageInput& input) {
   out += std::string("videoscale add-borders=false ! video/x-raw,format=") + format +
          ",width=" + width + ",height=" + height + ",pixel-aspect-ratio=1/1 ! tensor_converter" +
          arithmetic(input);
-  if (input.layout == Layout::Nchw) out += " ! tensor_transform mode=transpose option=1:2:0:3";
+  if (input.layout == Layout::Nchw) out += kPlanar;
   return out;
 }
 

@@ -4,6 +4,8 @@
 #include "weir/join.hpp"
 
 #include <algorithm>
+#include <cstdint>
+#include <optional>
 
 namespace weir {
 namespace {
@@ -114,6 +116,86 @@ std::string picture_elements(const ModelTensor& needed) {
   return "";
 }
 
+// Whether the tensor has the dimensions of the model in this order.
+bool has_order(const TensorSpec& offered, const std::vector<size_t>& order,
+               const ModelTensor& needed) {
+  for (size_t i = 0; i < order.size(); ++i) {
+    const int64_t wanted = needed.inner(i);
+    const int64_t have = order[i] < offered.shape.rank() ? offered.shape[order[i]] : 1;
+    if (wanted >= 0 && wanted != have) return false;
+  }
+  return true;
+}
+
+// The transposition of `offered` that the model takes, in which one dimension moves and the others
+// keep their order; "" if there is none.
+std::string transposition(const TensorSpec& offered, const ModelTensor& needed) {
+  constexpr size_t kShort = 4;  // dimensions of an option whose last one stays
+  const size_t rank = std::max({offered.shape.rank(), needed.shape.size(), kShort});
+  for (size_t from = 0; from < rank; ++from)
+    for (size_t to = 0; to < rank; ++to) {
+      std::vector<size_t> order;
+      for (size_t i = 0; i < rank; ++i)
+        if (i != from) order.push_back(i);
+      order.insert(order.begin() + static_cast<std::ptrdiff_t>(to), from);
+      if (!has_order(offered, order, needed)) continue;
+      if (rank == kShort && order.back() != kShort - 1) order.push_back(kShort);
+      return "tensor_transform mode=transpose option=" +
+             join(order, ":", [](size_t i) { return std::to_string(i); });
+    }
+  return "";
+}
+
+// Whether both are pictures with the colours in the innermost dimension, so that another order of
+// dimensions would be a picture that lies on its side.
+bool are_packed_pictures(const TensorSpec& offered, const ModelTensor& needed) {
+  return looks_like_picture(offered) && is_picture(needed, 0) &&
+         needed.inner(0) == int64_t{offered.shape[0]};
+}
+
+// The element that collects frames until dimension `i` of the stream has `extent`, and what comes
+// then; "" if the window does not fit either.
+std::string window(TensorSpec offered, const ModelTensor& needed, size_t i, int64_t extent) {
+  const int64_t have = offered.shape[i];
+  if (extent <= have || extent > UINT32_MAX || extent % have != 0) return "";
+  offered.shape[i] = static_cast<uint32_t>(extent);
+  const std::string collected = "tensor_aggregator frames-out=" + std::to_string(extent / have) +
+                                " frames-dim=" + std::to_string(i);
+  if (dimensions_fit(needed, offered.shape)) return collected;
+  const std::string turned = transposition(offered, needed);
+  return turned.empty() ? "" : collected + " ! " + turned;
+}
+
+// The same for each dimension of the stream, the outermost one first; "" if there is none.
+std::string find_window(const TensorSpec& offered, const ModelTensor& needed) {
+  for (size_t i = offered.shape.rank(); i-- > 0;)
+    for (size_t k = 0; k < needed.shape.size(); ++k)
+      if (auto out = window(offered, needed, i, needed.inner(k)); !out.empty()) return out;
+  return "";
+}
+
+// Elements that read the same values as the model's dimensions, of which open ones are 1; "" if the
+// numbers of values differ.
+std::string reading_elements(const TensorSpec& offered, const ModelTensor& needed) {
+  TensorSpec out{needed.type == ElementType::End ? offered.type : needed.type, {}, ""};
+  for (size_t i = 0; i < needed.shape.size(); ++i)
+    out.shape[i] = static_cast<uint32_t>(std::max<int64_t>(needed.inner(i), 1));
+  if (needed.shape.empty() || needed.shape.size() > kRankLimit ||
+      out.shape.count() != offered.shape.count())
+    return "";
+  return "tensor_decoder mode=octet_stream ! tensor_converter input-dim=" + out.shape.to_string() +
+         " input-type=" + std::string(to_string(out.type));
+}
+
+// The elements that give the tensor the dimensions of the model; "" if there are none.
+std::string shaping_elements(const TensorSpec& offered, const ModelTensor& needed) {
+  if (!needed.rank_known) return "";
+  const bool are_pictures = are_packed_pictures(offered, needed);
+  if (auto out = are_pictures ? "" : transposition(offered, needed); !out.empty()) return out;
+  if (auto out = reading_elements(offered, needed); !out.empty()) return out;
+  return are_pictures ? "" : find_window(offered, needed);
+}
+
 // The elements that convert values of `type` to those of the model; "" if none do.
 std::string cast_elements(ElementType type, const ModelTensor& needed) {
   // Real numbers, such as -1 to 1, would all become 0 or 1.
@@ -127,33 +209,81 @@ std::string cast_elements(ElementType type, const ModelTensor& needed) {
                   : cast;
 }
 
+// For each input of the model the first tensor that fits and that no input before it has; nullopt
+// where there is none.
+std::vector<std::optional<size_t>> match_inputs(const std::vector<ModelTensor>& model,
+                                                const std::vector<TensorSpec>& stream) {
+  std::vector<std::optional<size_t>> out(model.size());
+  std::vector<bool> is_used(stream.size());
+  for (size_t i = 0; i < model.size(); ++i)
+    for (size_t k = 0; k < stream.size() && !out[i]; ++k) {
+      if (is_used[k] || !difference(i, stream[k], model[i]).empty()) continue;
+      out[i] = k;
+      is_used[k] = true;
+    }
+  return out;
+}
+
+Error other_number(const std::vector<ModelTensor>& model, const std::vector<TensorSpec>& stream) {
+  const auto matches = match_inputs(model, stream);
+  Error out{.code = Code::SPEC_MISMATCH,
+            .what = "the stream and the model have different numbers of tensors",
+            .offered = list(stream),
+            .needed = list_tensors(model),
+            .difference = "number of tensors"};
+  if (stream.size() > model.size()) {
+    const bool is_complete = std::all_of(matches.begin(), matches.end(),
+                                         [](const auto& match) { return match.has_value(); });
+    out.fix =
+        "tensor_filter input-combination=" +
+        (is_complete ? join(matches, ",", [](const auto& k) { return std::to_string(*k); }) : "0");
+    return out;
+  }
+  std::vector<std::string> missing;
+  for (size_t i = 0; i < model.size(); ++i)
+    if (!matches[i])
+      missing.push_back(model[i].name.empty() ? "input " + std::to_string(i) : model[i].name);
+  out.difference = "no tensor for " + join(missing, ", ");
+  out.fix = "tensor_mux name=inputs ! tensor_filter";
+  out.needed += ": a stream for each input, joined by tensor_mux in their order";
+  return out;
+}
+
 }  // namespace
 
-std::string suggested_fix(const TensorSpec& offered, const ModelTensor& needed) {
-  if (is_only_longer(offered, needed))
-    return "tensor_filter invoke-rows=1, which runs the model for each of them";
+bool looks_like_picture(const TensorSpec& tensor) {
+  constexpr uint32_t kMinSide = 8;  // a smaller "picture" is more likely a table
+  const auto at = [&tensor](size_t i) { return i < tensor.shape.rank() ? tensor.shape[i] : 1; };
+  const auto are_channels = [](uint32_t extent) {
+    return extent == 1 || extent == 3 || extent == 4;
+  };
+  const bool is_packed = are_channels(at(0)) && at(1) >= kMinSide && at(2) >= kMinSide;
+  const bool is_planar = are_channels(at(2)) && at(0) >= kMinSide && at(1) >= kMinSide;
+  return (is_packed || is_planar) && tensor.shape.rank() <= 4;
+}
+
+std::string suggested_fix(const TensorSpec& offered, const ModelTensor& needed, bool is_video) {
+  if (is_only_longer(offered, needed)) return "tensor_filter invoke-rows=1";
   const bool fits = dimensions_fit(needed, offered.shape);
-  const std::string picture = fits ? "" : picture_elements(needed);
-  if (!fits && picture.empty()) return "";
-  const ElementType type = fits ? offered.type : ElementType::UInt8;  // of video as a tensor
-  const std::string begin = fits ? "" : picture + " ! ";
-  if (needed.type == ElementType::End || needed.type == type)
-    return fits ? "" : begin + "tensor_filter";
-  const std::string cast = cast_elements(type, needed);
-  return cast.empty() ? "" : begin + cast + " ! tensor_filter";
+  const std::string picture = fits || !is_video ? "" : picture_elements(needed);
+  const ElementType type = picture.empty() ? offered.type : ElementType::UInt8;
+  const std::string shaped = fits || !picture.empty() ? picture : shaping_elements(offered, needed);
+  if (!fits && shaped.empty()) return "";
+  const bool is_cast = needed.type != ElementType::End && needed.type != type;
+  const std::string cast = is_cast ? cast_elements(type, needed) : "";
+  if (is_cast && cast.empty()) return "";
+  // The type of a shape that is read from bytes is that of the cast.
+  const bool is_cast_first = picture.empty();
+  std::string out;
+  for (const auto& part : {is_cast_first ? cast : shaped, is_cast_first ? shaped : cast})
+    if (!part.empty()) out += part + " ! ";
+  return out.empty() ? "" : out + "tensor_filter";
 }
 
 Result<std::vector<ModelTensor>> fit(const std::vector<ModelTensor>& model,
                                      const std::vector<TensorSpec>& stream) {
   if (model.empty()) return fit(std::vector<ModelTensor>(stream.size()), stream);
-  if (model.size() != stream.size())
-    return Error{.code = Code::SPEC_MISMATCH,
-                 .what = "the stream and the model have different numbers of tensors",
-                 .offered = list(stream),
-                 .needed = list_tensors(model),
-                 .difference = "number of tensors",
-                 .fix = stream.size() > model.size() ? "choose tensors with input-combination=0"
-                                                     : "join streams with tensor_mux"};
+  if (model.size() != stream.size()) return other_number(model, stream);
   std::vector<ModelTensor> out;
   for (size_t i = 0; i < model.size(); ++i) {
     const std::string diff = difference(i, stream[i], model[i]);
@@ -163,7 +293,7 @@ Result<std::vector<ModelTensor>> fit(const std::vector<ModelTensor>& model,
                    .offered = list(stream),
                    .needed = list_tensors(model),
                    .difference = diff,
-                   .fix = suggested_fix(stream[i], model[i])};
+                   .fix = suggested_fix(stream[i], model[i], looks_like_picture(stream[i]))};
     out.push_back(filled(model[i], stream[i]));
   }
   return out;

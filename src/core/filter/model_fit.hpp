@@ -21,7 +21,12 @@ Result<std::vector<ModelTensor>> with_user_settings(std::vector<ModelTensor> mod
                                                     const std::string& types,
                                                     const std::string& property);
 
-// A gst-launch fragment that converts `offered` to `needed`, "" if none is known.
-std::string suggested_fix(const TensorSpec& offered, const ModelTensor& needed);
+// Whether a tensor has the dimensions of a picture: colours, width, height or width, height,
+// colours, innermost first.
+bool looks_like_picture(const TensorSpec& tensor);
+
+// A gst-launch fragment that converts `offered` to `needed`, "" if none is known. `is_video`:
+// whether the elements of the stream may be replaced by others that read video.
+std::string suggested_fix(const TensorSpec& offered, const ModelTensor& needed, bool is_video);
 
 }  // namespace weir

@@ -49,7 +49,7 @@ TEST(Fit, ReportsTheFirstDifferenceOfAWrongSizeWithAFix) {
 TEST(Fit, SaysHowAModelOfOnePictureRunsOnSeveral) {
   const auto many = fit({kMobilenet}, {spec(ElementType::UInt8, {3, 224, 224, 5})});
   ASSERT_FALSE(many);
-  EXPECT_EQ(many.error().fix, "tensor_filter invoke-rows=1, which runs the model for each of them");
+  EXPECT_EQ(many.error().fix, "tensor_filter invoke-rows=1");
   const auto other = fit({kMobilenet}, {spec(ElementType::UInt8, {3, 100, 224, 5})});
   ASSERT_FALSE(other);
   EXPECT_SAYS(other.error().fix, "videoscale");
@@ -77,6 +77,58 @@ TEST(Fit, ConvertsVideoOfAnotherSizeToTheTypeOfTheModel) {
             video + " ! tensor_transform mode=typecast option=float32 ! tensor_filter");
 }
 
+TEST(Fit, TurnsATensorWhoseDimensionsHaveAnotherOrder) {
+  const auto fix_for = [](std::initializer_list<uint32_t> dims, std::vector<int64_t> shape) {
+    return fit({{ElementType::Float32, true, std::move(shape), "x"}},
+               {spec(ElementType::Float32, dims)})
+        .error()
+        .fix;
+  };
+  EXPECT_EQ(fix_for({3, 28, 28, 16}, {1, 3, 16, 28, 28}),
+            "tensor_transform mode=transpose option=1:2:3:0:4 ! tensor_filter");
+  EXPECT_EQ(fix_for({6, 128}, {1, 6, 128}),
+            "tensor_transform mode=transpose option=1:0:2:3 ! tensor_filter");
+  EXPECT_EQ(fix_for({5, 7, 6, 2}, {5, 2, 6, 7}),
+            "tensor_transform mode=transpose option=1:2:3:0:4 ! tensor_filter");
+  EXPECT_SAYS(fix_for({3, 640, 480, 1}, {1, 640, 480, 3}), "videoscale") << "not on its side";
+}
+
+TEST(Fit, CollectsFramesForAWindow) {
+  const auto fix_for = [](std::initializer_list<uint32_t> dims, std::vector<int64_t> shape) {
+    return fit({{ElementType::Float32, true, std::move(shape), "x"}},
+               {spec(ElementType::Int16, dims)})
+        .error()
+        .fix;
+  };
+  const std::string cast = "tensor_transform mode=typecast option=float32 ! ";
+  EXPECT_EQ(fix_for({6, 1}, {1, 128, 6}),
+            cast + "tensor_aggregator frames-out=128 frames-dim=1 ! tensor_filter");
+  EXPECT_EQ(fix_for({6, 32}, {1, 128, 6}),
+            cast + "tensor_aggregator frames-out=4 frames-dim=1 ! tensor_filter");
+  EXPECT_EQ(fix_for({3, 28, 28, 1}, {1, 3, 16, 28, 28}),
+            cast +
+                "tensor_aggregator frames-out=16 frames-dim=3 ! "
+                "tensor_transform mode=transpose option=1:2:3:0:4 ! tensor_filter");
+}
+
+TEST(Fit, ReadsTheSameNumberOfValuesAsTheModelsDimensions) {
+  const auto flat = fit({{ElementType::Float32, true, {-1, 784}, "x"}},
+                        {spec(ElementType::Float32, {1, 28, 28, 1})});
+  ASSERT_FALSE(flat);
+  EXPECT_EQ(flat.error().fix,
+            "tensor_decoder mode=octet_stream ! tensor_converter input-dim=784:1 "
+            "input-type=float32 ! tensor_filter");
+}
+
+TEST(Fit, ProposesNoVideoForTensorsThatAreNone) {
+  const ModelTensor gray{ElementType::Float32, true, {1, 1, 128, 6}, "x"};
+  const auto sensor = fit({gray}, {spec(ElementType::Int16, {6, 100})});
+  ASSERT_FALSE(sensor);
+  EXPECT_EQ(sensor.error().fix, "");
+  EXPECT_EQ(suggested_fix(spec(ElementType::UInt8, {3, 64, 64}), gray, false), "");
+  EXPECT_SAYS(suggested_fix(spec(ElementType::UInt8, {3, 64, 64}), gray, true), "GRAY8");
+}
+
 TEST(Fit, MovesThePixelsOfAQuantisedModelOfSignedIntegers) {
   ModelTensor model = kMobilenet;
   model.type = ElementType::Int8;
@@ -91,13 +143,20 @@ TEST(Fit, MovesThePixelsOfAQuantisedModelOfSignedIntegers) {
 }
 
 TEST(Fit, RejectsAWrongNumberOfTensors) {
-  const auto few = fit({kMobilenet, kMobilenet}, {spec(ElementType::UInt8, {3, 224, 224})});
+  const ModelTensor gain{ElementType::Float32, true, {1}, "gain"};
+  const auto few = fit({gain, kMobilenet, {ElementType::Float32, true, {}, "offset"}},
+                       {spec(ElementType::UInt8, {3, 224, 224})});
   ASSERT_FALSE(few);
+  EXPECT_EQ(few.error().difference, "no tensor for gain, offset");
   EXPECT_SAYS(few.error().fix, "tensor_mux");
   const auto one = spec(ElementType::UInt8, {3, 224, 224});
   const auto many = fit({kMobilenet}, {one, one});
   ASSERT_FALSE(many);
-  EXPECT_SAYS(many.error().fix, "input-combination");
+  EXPECT_EQ(many.error().fix, "tensor_filter input-combination=0");
+  const auto other =
+      fit({gain, kMobilenet}, {spec(ElementType::Int8, {3}), one, spec(ElementType::Float32, {1})});
+  ASSERT_FALSE(other);
+  EXPECT_EQ(other.error().fix, "tensor_filter input-combination=2,1");
 }
 
 TEST(Fit, AcceptsAnyTensorsIfTheModelDeclaresNone) {

@@ -52,7 +52,7 @@ void ClassLabels::add_card_labels(DescribedModel* model) {
   if (card_of_ != model->path) {
     card_of_ = model->path;
     card_labels_ = card::labels_by_name(
-        model->path, [&] { return gst::compute_sha256(model->path); }, card::card_folders());
+        model->path, [&] { return gst::known_sha256(model->path); }, card::card_folders());
   }
   model->card_labels = card_labels_;
 }

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstring>
 
+#include "elements/tensor_filter/input_fix.hpp"
 #include "gstcpp/buffer/module_values.hpp"
 
 namespace weir {
@@ -68,7 +69,7 @@ Status InputFrame::follow_headers(const infer::ModelLease::Frame* use) {
   auto chosen = choose_tensors(specs, plan_->input_choice, "input-combination");
   if (!chosen) return chosen.error();
   auto shapes = fit(plan_->declared_inputs, *chosen);
-  if (!shapes) return shapes.error();
+  if (!shapes) return with_input_fix(shapes.error(), *model_, specs, plan_->medium);
   if (!use) return ok();  // the shape of the model is fixed, and the frame matches it
   const bool same = std::equal(
       shapes->begin(), shapes->end(), plan_->model_inputs.begin(), plan_->model_inputs.end(),

@@ -1,5 +1,5 @@
 // Opens a model only to read its tensors; reads the extensions weir.statistics/1 and
-// weir.servers/1 of an engine; finds a model's card by the digest of its file.
+// weir.servers/1 of an engine.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_filter/model_report.hpp"
 
@@ -7,14 +7,12 @@
 #include <array>
 #include <utility>
 
-#include "core/card/find_card.hpp"
 #include "core/infer/module/module_library.hpp"
 #include "core/text/shell_quote.hpp"
 #include "core/text/text.hpp"
 #include "elements/tensor_filter/filter_properties.hpp"
 #include "elements/tensor_filter/model_config.hpp"
 #include "elements/tensor_filter/open_model.hpp"
-#include "gstcpp/element/file_digest.hpp"
 #include "weir/abi.h"
 #include "weir/join.hpp"
 
@@ -93,14 +91,6 @@ void add_servers(const infer::Model& model, GstStructure* stats) {
     gst_value_array_append_and_take_value(&list, &one);
   }
   gst_structure_take_value(stats, "servers", &list);
-}
-
-// Whether tensor_preprocess with the card makes a tensor for the model.
-bool describes(const card::ImageInput& input, const ModelTensor& needed) {
-  if (input.type != needed.type || input.shape.size() != needed.shape.size()) return false;
-  for (size_t i = 0; i < needed.shape.size(); ++i)
-    if (needed.shape[i] >= 0 && needed.shape[i] != input.shape[i]) return false;
-  return true;
 }
 
 }  // namespace
@@ -191,24 +181,6 @@ std::shared_ptr<const ModelTensors> ModelReport::tensors_of_unopened(
 void add_engine_stats(const infer::Model& model, GstStructure* stats) {
   add_counts(model, stats);
   add_servers(model, stats);
-}
-
-Error with_card(Error error, const std::string& model_path,
-                const std::vector<ModelTensor>& inputs) {
-  const bool has_other_fix = error.fix.starts_with("tensor_filter ");  // invoke-rows
-  if (error.code != Code::SPEC_MISMATCH || has_other_fix || model_path.empty() ||
-      inputs.size() != 1)
-    return error;
-  card::Search search;
-  search.model = model_path;
-  search.sha256 = [&model_path] { return gst::compute_sha256(model_path); };
-  search.folders = card::card_folders();
-  const auto card = card::find(search);
-  if (card && !card->path.empty() && card->inputs.size() == 1 &&
-      describes(card->inputs[0], inputs[0]))
-    error.fix = "tensor_preprocess card=" + launch_value(card->path) +
-                " ! tensor_filter, directly after the video, without tensor_converter";
-  return error;
 }
 
 void set_answered_by(GstBuffer* buffer, GstElement* element, const std::string& who) {

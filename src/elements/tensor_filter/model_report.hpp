@@ -80,11 +80,6 @@ class ModelReport {
 // model is on: nothing if the engine reports none.
 void add_engine_stats(const infer::Model& model, GstStructure* stats);
 
-// `error` is that of fit(). Elements that only convert the type and the size leave out the mean and
-// the scale of the model's card: if a card describes `inputs`, the fix is tensor_preprocess with
-// it. Reads the model's file.
-Error with_card(Error error, const std::string& model_path, const std::vector<ModelTensor>& inputs);
-
 // Sets who computed a frame in the custom meta "WeirAnsweredBy", which has a string field for each
 // filter that the frame went through and that may be answered from several places. The field has
 // the name of the element; its value is the address of a server, several with commas for a frame in

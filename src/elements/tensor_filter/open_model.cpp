@@ -366,10 +366,7 @@ Status OpenModel::fit_inputs(const std::vector<TensorSpec>& stream, FilterPlan* 
   auto chosen = choose_tensors(stream, plan->input_choice, "input-combination");
   if (!chosen) return chosen.error();
   auto fitted = fit(inputs(), *chosen);
-  if (!fitted) {
-    const auto& paths = lease_->shared()->source().options.paths;
-    return with_card(fitted.error(), paths.size() == 1 ? paths[0] : "", inputs());
-  }
+  if (!fitted) return fitted.error();
   plan->model_inputs = *std::move(fitted);
   return ok();
 }

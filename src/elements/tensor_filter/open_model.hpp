@@ -19,6 +19,7 @@
 #include "elements/tensor_filter/fallback.hpp"
 #include "elements/tensor_filter/filter_settings.hpp"
 #include "gstcpp/buffer/allocation.hpp"
+#include "gstcpp/pads/upstream_medium.hpp"
 
 namespace weir {
 
@@ -40,6 +41,7 @@ struct FilterPlan {
   size_t fallback_alignment = 1, fallback_padding = 0;  // what the fallback needs as well
   std::shared_ptr<infer::BatchGroup> batch;             // null: one invoke for each frame
   infer::RowLimits rows;                                // of one invoke
+  gst::Medium medium = gst::Medium::Unknown;            // of which the stream was made
   const BufferLimit* limit = nullptr;                   // of each output; borrowed from the element
 
   // Whether the engine writes into pooled memory.

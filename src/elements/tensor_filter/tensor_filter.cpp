@@ -7,6 +7,7 @@
 #include "elements/tensor_filter/admission.hpp"
 #include "elements/tensor_filter/filter_properties.hpp"
 #include "elements/tensor_filter/frame_flow.hpp"
+#include "elements/tensor_filter/input_fix.hpp"
 #include "elements/tensor_filter/model_config.hpp"
 #include "elements/tensor_filter/running_flow.hpp"
 #include "elements/tensor_filter/running_model.hpp"
@@ -158,7 +159,8 @@ class TensorFilter final : public gst::Element<TensorFilter, gst::PlainElement>,
     }
     if (const Error* refusal = placeholder_.refusal()) {
       ledger_.dropped(DropReason::Error);
-      gst::post_error(element(), *refusal);
+      const auto caps = Ref<GstCaps>::adopt(gst_pad_get_current_caps(sink_));
+      gst::post_error(element(), with_fix(*refusal, caps.get()));
       return GST_FLOW_NOT_NEGOTIATED;
     }
     if (const auto reason = admission_.drop_reason(buffer.get())) {
@@ -185,7 +187,7 @@ class TensorFilter final : public gst::Element<TensorFilter, gst::PlainElement>,
         gst_pad_check_reconfigure(source_);
         const Status status = negotiate(caps, true);
         model_.touch();  // negotiation may have opened a suspended model
-        if (!status) gst::post_error(element(), status.error());
+        if (!status) gst::post_error(element(), with_fix(status.error(), caps));
         return status.has_value();
       }
       case GST_EVENT_SEGMENT:
@@ -397,7 +399,7 @@ class TensorFilter final : public gst::Element<TensorFilter, gst::PlainElement>,
     if (!must_reconfigure && !changed) return GST_FLOW_OK;
     const Status status = negotiate(caps.get(), false);
     if (status) return GST_FLOW_OK;
-    gst::post_error(element(), status.error());
+    gst::post_error(element(), with_fix(status.error(), caps.get()));
     return GST_FLOW_NOT_NEGOTIATED;
   }
 
@@ -428,6 +430,14 @@ class TensorFilter final : public gst::Element<TensorFilter, gst::PlainElement>,
     return status;
   }
 
+  // An error of these caps, with what to paste.
+  Error with_fix(const Error& error, GstCaps* caps) const {
+    const auto input = gst::fixed_spec_from_caps(caps);
+    const auto model = opened();
+    if (!input || !model) return error;
+    return with_input_fix(error, *model, input->tensors, gst::find_upstream_medium(sink_));
+  }
+
   // `begins`: caps arrived; otherwise downstream already has the current caps.
   Status negotiate(GstCaps* caps, bool begins) {
     const auto input = gst::fixed_spec_from_caps(caps);
@@ -444,6 +454,7 @@ class TensorFilter final : public gst::Element<TensorFilter, gst::PlainElement>,
     auto plan = model->plan_for(input);
     if (!plan) return plan.error();
     plan->limit = &buffer_limit_;
+    plan->medium = gst::find_upstream_medium(sink_);
     // Only sizes that are known before the first invoke.
     const FrameSpec outputs{Format::Static, known_parts(plan->model_outputs), Fraction{}};
     if (auto status = buffer_limit_.check(outputs); !status) return status;

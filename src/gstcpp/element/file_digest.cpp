@@ -3,7 +3,11 @@
 
 #include <glib.h>
 
+#include <filesystem>
 #include <fstream>
+#include <map>
+#include <mutex>
+#include <tuple>
 #include <vector>
 
 #include "gstcpp/element/ref.hpp"
@@ -17,6 +21,20 @@ std::string compute_sha256(const std::string& path) {
   while (file.read(block.data(), static_cast<std::streamsize>(block.size())) || file.gcount() > 0)
     g_checksum_update(sum.get(), reinterpret_cast<const guchar*>(block.data()), file.gcount());
   return g_checksum_get_string(sum.get());
+}
+
+std::string known_sha256(const std::string& path) {
+  using Key = std::tuple<std::string, uintmax_t, std::filesystem::file_time_type>;
+  static constexpr size_t kMaxKnown = 64;
+  static std::mutex mutex;  // guards `known`
+  static std::map<Key, std::string> known;
+  std::error_code ignored;
+  const Key key{path, std::filesystem::file_size(path, ignored),
+                std::filesystem::last_write_time(path, ignored)};
+  const std::lock_guard lock(mutex);  // others wait, rather than compute the same
+  if (const auto at = known.find(key); at != known.end()) return at->second;
+  if (known.size() >= kMaxKnown) known.clear();
+  return known[key] = compute_sha256(path);
 }
 
 }  // namespace weir::gst

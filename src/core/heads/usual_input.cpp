@@ -1,24 +1,16 @@
-// The table of default preprocessing. Runs a model once to learn the shapes of its outputs.
+// The table of usual preparations of the families' authors.
 // SPDX-License-Identifier: LGPL-2.1-or-later
-#include "try/default_preprocessing.hpp"
+#include "core/heads/usual_input.hpp"
 
-#include <algorithm>
+#include <nlohmann/json.hpp>
 
 #include "core/tensor/element_type.hpp"
-#include "report.hpp"
-#include "weir/model.hpp"
-#include "weir/module.hpp"
 
-namespace weir::app {
+namespace weir::heads {
 namespace {
 
 // The side of a picture where a model leaves it open, as published models have it.
-constexpr int64_t kOpenSide = 640, kMaxSide = 1 << 15;
-
-bool is_open(const weir_tensor_info& info) {
-  return info.rank > WEIR_RANK_LIMIT ||
-         std::any_of(info.shape, info.shape + info.rank, [](int64_t extent) { return extent < 1; });
-}
+constexpr int64_t kOpenSide = 640, kMaxPictureSide = 1 << 15;
 
 struct Sides {
   int64_t height = kOpenSide, width = kOpenSide;
@@ -26,14 +18,16 @@ struct Sides {
 
 // Those in the metadata of a file of Ultralytics, "[416, 640]" or "416"; else the usual ones.
 Sides read_sides(const char* metadata_json) {
-  const auto all = Json::parse(metadata_json ? metadata_json : "", nullptr, false);
-  const auto map = all.is_object() ? all.value("custom_metadata_map", Json::object()) : Json();
+  const auto all = nlohmann::json::parse(metadata_json ? metadata_json : "", nullptr, false);
+  const auto map = all.is_object() ? all.value("custom_metadata_map", nlohmann::json::object())
+                                   : nlohmann::json();
   const auto text = map.is_object() && map.contains("imgsz") && map["imgsz"].is_string()
                         ? map["imgsz"].get<std::string>()
                         : "";
-  const auto value = Json::parse(text, nullptr, false);
-  const auto is_side = [](const Json& side) {
-    return side.is_number_integer() && side.get<int64_t>() > 0 && side.get<int64_t>() <= kMaxSide;
+  const auto value = nlohmann::json::parse(text, nullptr, false);
+  const auto is_side = [](const nlohmann::json& side) {
+    return side.is_number_integer() && side.get<int64_t>() > 0 &&
+           side.get<int64_t>() <= kMaxPictureSide;
   };
   if (is_side(value)) return {value.get<int64_t>(), value.get<int64_t>()};
   if (value.is_array() && value.size() == 2 && is_side(value[0]) && is_side(value[1]))
@@ -43,20 +37,6 @@ Sides read_sides(const char* metadata_json) {
 
 bool are_channels(int64_t extent) {
   return extent == 1 || extent == 3;
-}
-
-void choose_open_sides(const Sides& sides, weir_tensor_info* info) {
-  const bool has_batch = info->rank == 4;
-  const uint32_t first = has_batch ? 1 : 0;
-  const bool is_planar = info->rank >= 3 && are_channels(info->shape[first]);
-  const uint32_t rows = first + (is_planar ? 1 : 0);
-  for (uint32_t i = 0; i < info->rank; ++i) {
-    if (info->shape[i] > 0) continue;
-    info->shape[i] = i == 0 && has_batch ? 1
-                     : i == rows         ? sides.height
-                     : i == rows + 1     ? sides.width
-                                         : kOpenSide;
-  }
 }
 
 enum class PixelScale {
@@ -96,6 +76,7 @@ constexpr Usual kUsual[] = {
     {"deeplab", PixelScale::Signed, card::Fit::Stretch},
     {"db", PixelScale::ImageNet, card::Fit::Letterbox, card::Color::Bgr},
     {"ctc", PixelScale::Signed, card::Fit::Letterbox, card::Color::Bgr, 127},
+    {kUnknownFamily, PixelScale::Unit, card::Fit::Stretch},
     {"", PixelScale::ImageNet, card::Fit::Stretch}};
 
 const Usual& find_usual(std::string_view family) {
@@ -140,16 +121,6 @@ const char* to_string(PixelScale numbers) {
   return "";
 }
 
-std::string number_text(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.9g", value);
-  return text;
-}
-
-void add_list(const char* name, const std::vector<double>& values, Properties* out) {
-  if (!values.empty()) out->emplace_back(name, join(values, ",", number_text));
-}
-
 const char* to_string(card::Color color) {
   if (color == card::Color::Bgr) return "BGR";
   return color == card::Color::Gray ? "gray" : "RGB";
@@ -169,9 +140,8 @@ std::string assumption(const card::ImageInput& input, PixelScale numbers) {
 
 }  // namespace
 
-std::optional<card::ImageInput> default_image_input(std::string_view family,
-                                                    const weir_tensor_info& info,
-                                                    std::string* note) {
+std::optional<card::ImageInput> usual_input(std::string_view family, const weir_tensor_info& info,
+                                            std::string* note) {
   if (info.rank != 3 && info.rank != 4) return std::nullopt;
   const int64_t* const shape = info.shape + (info.rank - 3);
   const bool is_packed = are_channels(shape[2]);
@@ -193,63 +163,19 @@ std::optional<card::ImageInput> default_image_input(std::string_view family,
   return out;
 }
 
-Properties preprocess_properties(const card::ImageInput& input) {
-  Properties out{{"width", std::to_string(input.width())},
-                 {"height", std::to_string(input.height())}};
-  if (input.resize == card::Fit::Letterbox) {
-    out.emplace_back("fit", "letterbox");
-    out.emplace_back("padding-value", std::to_string(input.padding));
+void set_open_sides(const char* metadata_json, weir_tensor_info* info) {
+  const Sides sides = read_sides(metadata_json);
+  const bool has_batch = info->rank == 4;
+  const uint32_t first = has_batch ? 1 : 0;
+  const bool is_planar = info->rank >= 3 && are_channels(info->shape[first]);
+  const uint32_t rows = first + (is_planar ? 1 : 0);
+  for (uint32_t i = 0; i < info->rank; ++i) {
+    if (info->shape[i] > 0) continue;
+    info->shape[i] = i == 0 && has_batch ? 1
+                     : i == rows         ? sides.height
+                     : i == rows + 1     ? sides.width
+                                         : kOpenSide;
   }
-  if (input.resize == card::Fit::Crop) out.emplace_back("fit", "centre-crop");
-  if (input.color == card::Color::Bgr) out.emplace_back("channel-order", "BGR");
-  if (input.color == card::Color::Gray) out.emplace_back("channel-order", "GRAY");
-  if (input.layout == card::Layout::Nchw) out.emplace_back("layout", "NCHW");
-  add_list("mean", input.mean, &out);
-  add_list("scale", input.scale, &out);
-  out.emplace_back("type", to_string(input.type));
-  return out;
 }
 
-std::vector<weir_tensor_info> sized_inputs(const infer::Model& model,
-                                           const std::vector<int64_t>& shape) {
-  auto out = model.inputs();
-  const Sides sides = read_sides(model.info().metadata_json);
-  for (auto& info : out) {
-    if (info.rank > WEIR_RANK_LIMIT) continue;
-    if (&info == out.data() && shape.size() == info.rank)
-      std::copy(shape.begin(), shape.end(), info.shape);
-    else
-      choose_open_sides(sides, &info);
-  }
-  return out;
-}
-
-std::vector<weir_tensor_info> sized_outputs(const infer::Model& model, const std::string& path,
-                                            const std::vector<weir_tensor_info>& inputs) {
-  auto out = model.outputs();
-  if (std::none_of(out.begin(), out.end(), is_open)) return out;
-  if (std::any_of(inputs.begin(), inputs.end(), is_open)) return out;
-  auto runs = Model::open(path);
-  if (!runs) return out;
-  std::vector<std::vector<std::byte>> zeros;
-  std::vector<TensorView> views;
-  std::vector<TensorShape> shapes;
-  for (const auto& info : inputs) {
-    size_t bytes = element_size(static_cast<ElementType>(info.type));
-    for (uint32_t i = 0; i < info.rank; ++i) bytes *= static_cast<size_t>(info.shape[i]);
-    zeros.emplace_back(bytes);
-    shapes.emplace_back(info.shape, info.shape + info.rank);
-    views.emplace_back(zeros.back().data(), bytes, info.type, shapes.back());
-  }
-  if (!runs->reshape(shapes)) return out;
-  const auto outputs = runs->invoke(views);
-  if (!outputs || outputs->size() != out.size()) return out;
-  for (size_t i = 0; i < out.size(); ++i) {
-    const auto info = (*outputs)[i].info();
-    out[i].rank = static_cast<uint32_t>(info.shape.size());
-    std::copy(info.shape.begin(), info.shape.end(), out[i].shape);
-  }
-  return out;
-}
-
-}  // namespace weir::app
+}  // namespace weir::heads

@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "core/heads/readings.hpp"
+
+#include <algorithm>
+#include <iterator>
+#include <string_view>
+
+#include "core/heads/families.hpp"
+
+namespace weir::heads {
+
+std::vector<Reading> list_readings(const ModelSignature& facts, uint32_t tasks) {
+  std::vector<Reading> out;
+  for (const auto& [name, task] : kReadingModes) {
+    if (!(tasks & task)) continue;
+    for (const Family* family : fitting(facts, task)) {
+      const bool is_known = std::any_of(
+          out.begin(), out.end(), [&](const Reading& other) { return other.family == family; });
+      if (!is_known) out.push_back({name, family});
+    }
+  }
+  // One list of scores is a class of the picture, not a text of one step.
+  const auto has = [&](std::string_view name) {
+    return std::any_of(out.begin(), out.end(),
+                       [&](const Reading& r) { return r.family->name == name; });
+  };
+  if (has("classifier"))
+    std::erase_if(out, [](const Reading& r) { return r.family->name == "ctc"; });
+  return out;
+}
+
+std::vector<Reading> likely(const std::vector<Reading>& readings, const ModelSignature& facts) {
+  const auto chosen = [&](auto is_chosen) {
+    std::vector<Reading> out;
+    std::copy_if(readings.begin(), readings.end(), std::back_inserter(out), is_chosen);
+    return out;
+  };
+  auto out = chosen([&](const Reading& r) { return r.family->fit(facts) == Match::Certain; });
+  if (out.empty())
+    out = chosen([](const Reading& r) {
+      const uint32_t tasks = r.family->tasks;
+      return (tasks & (kDetection | kPose)) != 0 && (tasks & kText) == 0;
+    });
+  return out.empty() ? readings : out;
+}
+
+std::optional<Reading> only_reading(const ModelSignature& facts) try {
+  uint32_t tasks = 0;
+  for (const auto& [name, task] : kReadingModes) tasks |= task;
+  const auto readings = likely(list_readings(facts, tasks), facts);
+  return readings.size() == 1 ? std::optional(readings[0]) : std::nullopt;
+} catch (const Failure&) {
+  return std::nullopt;  // outputs that no head takes
+}
+
+}  // namespace weir::heads
