@@ -94,21 +94,22 @@ class BoundingBoxes {
   void set_model(const weir_stream_model* model) noexcept { model_.set(model); }
 
   void configure(std::span<const weir_tensor_info> inputs, DecoderOutput& output) {
+    const auto described = model_.with_quantisation(inputs);
     std::vector<const weir_tensor_info*> infos;
-    for (const weir_tensor_info& info : inputs) infos.push_back(&info);
+    for (const weir_tensor_info& info : described) infos.push_back(&info);
     if (!inputs.empty()) check(infos);
     output.set_caps("video/x-raw,format=(string)RGBA,width=(int)" + std::to_string(size_.width) +
                     ",height=(int)" + std::to_string(size_.height));
   }
 
   bool decode(const weir_frame& frame, DecoderOutput& output) {
-    const std::span<const weir_tensor> tensors(frame.tensors, frame.n_tensors);
+    const auto tensors = model_.with_quantisation({frame.tensors, frame.n_tensors});
     if (!are_checked(tensors)) {
       std::vector<const weir_tensor_info*> infos;
       for (const weir_tensor& tensor : tensors) infos.push_back(&tensor.info);
       check(infos);
     }
-    const detection::PixelBoxes boxes = scheme_->find(model_.with_quantisation(tensors));
+    const detection::PixelBoxes boxes = scheme_->find(tensors);
     if (tracks_) numbers_ = tracker_.follow(boxes);
     if (logs_) log(boxes);
     draw::RgbaFrame canvas(output.reserve(draw::rgba_bytes(size_)), size_);

@@ -7,6 +7,7 @@
 #include <array>
 #include <cmath>
 
+#include "core/decoders/stream_model.hpp"
 #include "core/decoders/tensor_values.hpp"
 #include "core/detection/segmentation.hpp"
 #include "core/draw/rgba_frame.hpp"
@@ -71,14 +72,15 @@ class ImageSegment {
         classes_(scheme_ == Scheme::Depths ? 1 : read_classes(options)),
         colors_(draw::spread_colors(classes_)) {}
 
+  void set_model(const weir_stream_model* model) noexcept { model_.set(model); }
+
   void configure(std::span<const weir_tensor_info> inputs, DecoderOutput& output) {
     if (inputs.empty())
       throw Failure({.code = Code::FORMAT_UNSUPPORTED,
                      .what = "mode=image_segment needs the size of the picture",
                      .offered = "a flexible stream, in which each frame has its own size",
                      .needed = "a static stream",
-                     .fix = "other/tensors,format=static,num_tensors=1,dimensions=(string)" +
-                            example() + ",types=float32"});
+                     .fix = "tensor_converter ! tensor_decoder"});
     size_ = get_size(inputs[0]);
     output.set_caps("video/x-raw,format=(string)RGBA,width=(int)" + std::to_string(size_.width) +
                     ",height=(int)" + std::to_string(size_.height));
@@ -131,7 +133,7 @@ class ImageSegment {
     const std::string needed[] = {
         "float32 " + std::to_string(classes_) + ":W:H, one score for each class and the background",
         "float32 W:H, a class number for each pixel", "float32 1:W:H, a depth for each pixel"};
-    std::string fix = "tensor_transform mode=typecast option=float32";
+    std::string fix = model_.float32_elements();
     if (only_classes_differ)
       fix = "option2=" + std::to_string(dimension(info, 0) - 1);
     else if (info.type == WEIR_FLOAT32)
@@ -205,6 +207,7 @@ class ImageSegment {
   size_t classes_;  // including the background
   std::vector<draw::Rgba> colors_;
   Size size_;
+  StreamModel model_;
   TensorValues values_;
 };
 

@@ -174,7 +174,7 @@ TEST(ImageSegment, RejectsOtherTypes) {
 TEST(ImageSegment, NeedsAStaticStream) {
   const auto error = error_of(kMode, options("tflite-deeplab"), {});
   EXPECT_SAYS(error, "WEIR-2002: mode=image_segment needs the size of the picture");
-  EXPECT_SAYS(error, "dimensions=(string)21:257:257,types=float32");
+  EXPECT_SAYS(error, "fix: tensor_converter ! tensor_decoder");
 }
 
 TEST(ImageSegment, RejectsFramesOfAnotherSize) {

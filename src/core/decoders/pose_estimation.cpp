@@ -7,6 +7,7 @@
 
 #include "core/decoders/key_points.hpp"
 #include "core/decoders/option_text.hpp"
+#include "core/decoders/stream_model.hpp"
 #include "core/decoders/tensor_values.hpp"
 #include "core/detection/pose.hpp"
 #include "core/tensor/geometry.hpp"
@@ -55,6 +56,8 @@ class PoseEstimation {
     peaks_.resize(body_.names.size());
     joints_.resize(body_.names.size());
   }
+
+  void set_model(const weir_stream_model* model) noexcept { model_.set(model); }
 
   void configure(std::span<const weir_tensor_info> inputs, DecoderOutput& output) {
     if (!inputs.empty()) {
@@ -107,7 +110,7 @@ class PoseEstimation {
       throw wrong_tensor("the first tensor is not a heat map", maps,
                          maps.type == WEIR_FLOAT32
                              ? "tensor_filter output-combination=o0, or the output of heat maps"
-                             : "tensor_transform mode=typecast option=float32");
+                             : model_.float32_elements());
     if (dimension(maps, 0) != points)
       throw wrong_tensor(
           "the heat map has a different number of key points than the body", maps,
@@ -179,6 +182,7 @@ class PoseEstimation {
   Size input_;
   KeyPoints body_;
   std::string body_text_;  // where the key points come from
+  StreamModel model_;
   TensorValues maps_, offsets_;
   std::vector<detection::HeatPeak> peaks_;
   std::vector<draw::Joint> joints_;

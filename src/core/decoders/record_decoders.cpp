@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "core/decoders/stream_model.hpp"
+#include "core/heads/readings.hpp"
 #include "core/records/record_writer.hpp"
 #include "weir/decoder.hpp"
 
@@ -114,7 +115,8 @@ class RecordDecoder {
     reader_ = value_or_throw(records::ResultReader::make(columns_, sources_));
     std::vector<TensorSpec> specs;
     for (const auto& info : inputs) specs.push_back(to_spec(info));
-    if (!specs.empty()) value_or_throw(reader_.check(specs));
+    if (const Status status = specs.empty() ? ok() : reader_.check(specs); !status)
+      throw Failure(with_reading(status.error(), inputs));
     WriterSettings settings = settings_;
     settings.labels = labels();
     settings.zones = zone_names();
@@ -150,6 +152,13 @@ class RecordDecoder {
     auto of_stream = records::labels_of_sources(labels_, reader_.sources());
     if (of_stream.empty() && !model_.labels().empty()) of_stream.push_back(model_.labels());
     return records::Labels(std::move(of_stream));
+  }
+  // The outputs of a model are read as results first, in the mode that suits them.
+  Error with_reading(Error error, std::span<const weir_tensor_info> inputs) const {
+    if (model_.name().empty()) return error;
+    if (const auto reading = heads::only_reading(model_.facts(inputs, {}, 0)))
+      error.fix = "tensor_decoder mode=" + reading->mode + " ! tensor_decoder";
+    return error;
   }
   std::vector<std::string> zone_names() const {
     const auto known = labels_.find(reader_.zone_source());

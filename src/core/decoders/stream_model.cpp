@@ -149,6 +149,31 @@ std::span<const weir_tensor> StreamModel::with_quantisation(std::span<const weir
   return described_;
 }
 
+std::vector<weir_tensor_info> StreamModel::with_quantisation(
+    std::span<const weir_tensor_info> infos) const {
+  std::vector<weir_tensor_info> out(infos.begin(), infos.end());
+  for (size_t i = 0; i < out.size() && outputs_.size() == out.size(); ++i) {
+    if (out[i].type != static_cast<uint32_t>(outputs_[i].type)) continue;
+    out[i].scale = outputs_[i].scale;
+    out[i].zero_point = outputs_[i].zero_point;
+  }
+  return out;
+}
+
+std::string StreamModel::float32_elements() const {
+  std::string out;
+  for (size_t i = 0; i < outputs_.size(); ++i) {
+    if (outputs_[i].scale == 0) continue;
+    char option[96];
+    std::snprintf(option, sizeof option, "typecast:float32,add:%d.0,mul:%.9g",
+                  -outputs_[i].zero_point, double{outputs_[i].scale});
+    out += std::string(out.empty() ? "" : " ! ") + "tensor_transform " +
+           (outputs_.size() > 1 ? "apply=" + std::to_string(i) + " " : "") +
+           "mode=arithmetic option=" + option;
+  }
+  return out.empty() ? "tensor_transform mode=typecast option=float32" : out;
+}
+
 bool has_shapes(const ModelSignature& facts, std::span<const weir_tensor> tensors) noexcept {
   return std::equal(facts.outputs.begin(), facts.outputs.end(), tensors.begin(), tensors.end(),
                     [](const OutputSignature& output, const weir_tensor& tensor) {

@@ -33,6 +33,10 @@ class StreamModel {
   // The tensors with the model's quantisation where their element type is the model's. Valid until
   // the next call.
   std::span<const weir_tensor> with_quantisation(std::span<const weir_tensor> tensors);
+  std::vector<weir_tensor_info> with_quantisation(std::span<const weir_tensor_info> infos) const;
+  // The elements that turn integers of quantised outputs into real numbers; those that only convert
+  // the type where the model is not known.
+  std::string float32_elements() const;
 
  private:
   Size input_size() const noexcept;

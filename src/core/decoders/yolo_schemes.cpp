@@ -15,7 +15,8 @@ constexpr float kUsualThreshold = 0.25f;
 
 void check_float32(const SchemeOptions& options, std::span<const weir_tensor_info* const> tensors,
                    const std::string& needed) {
-  if (tensors[0]->type != WEIR_FLOAT32)
+  // Quantised outputs are read as the real numbers that they stand for.
+  if (tensors[0]->type != WEIR_FLOAT32 && tensors[0]->scale == 0)
     throw wrong_tensors(options, tensors, needed, "tensor_transform mode=typecast option=float32");
 }
 

@@ -109,7 +109,9 @@ Status check_detections(const TensorSpec& spec) {
       .needed =
           "one tensor float32 K:N: rows of x1, y1, x2, y2, then score, class, and x, y of key "
           "points, so that K is 4, 5, 6, 8, 10, ...",
-      .fix = "tensor_transform mode=typecast option=float32"};
+      // Other dimensions are those of a model's outputs.
+      .fix =
+          flat ? "tensor_transform mode=typecast option=float32" : "tensor_decoder mode=detection"};
 }
 
 Result<Detections> read_detections(const TensorSpec& spec, std::span<const std::byte> bytes,

@@ -110,7 +110,7 @@ TEST(TensorDecoder, NeedsAStaticStream) {
   const std::string message =
       get_error("mode=direct_video", "other/tensors,format=flexible,framerate=30/1", Bytes(128));
   EXPECT_SAYS(message, "WEIR-2002");
-  EXPECT_SAYS(message, "fix: other/tensors,format=static");
+  EXPECT_SAYS(message, "fix: tensor_converter ! tensor_decoder");
 }
 
 TEST(TensorDecoder, GivesTheBytesOfEachTensor) {

@@ -53,13 +53,11 @@ class DirectVideo {
 
   void configure(std::span<const weir_tensor_info> inputs, weir::DecoderOutput& output) {
     if (inputs.empty())
-      throw Failure(
-          {.code = Code::FORMAT_UNSUPPORTED,
-           .what = "mode=direct_video needs the size of the picture",
-           .offered = "a flexible stream, in which each frame has its own dimensions",
-           .needed = "a static stream",
-           .fix = "other/"
-                  "tensors,format=static,num_tensors=1,dimensions=(string)3:640:480,types=uint8"});
+      throw Failure({.code = Code::FORMAT_UNSUPPORTED,
+                     .what = "mode=direct_video needs the size of the picture",
+                     .offered = "a flexible stream, in which each frame has its own dimensions",
+                     .needed = "a static stream",
+                     .fix = "tensor_converter ! tensor_decoder"});
     const Layout layout = find_layout(inputs[0]);
     output.set_caps("video/x-raw,format=(string)" + std::string(layout.format->name) +
                     ",width=(int)" + std::to_string(layout.width) + ",height=(int)" +
@@ -120,9 +118,34 @@ class DirectVideo {
                      .what = "mode=direct_video needs one picture",
                      .offered = weir::describe(info),
                      .needed = "1, 3 or 4 channels : width : height of uint8 or int8, or 1 channel "
-                               "of uint16 or int16",
-                     .fix = "tensor_transform mode=typecast option=uint8"});
+                               "of uint16 or int16" +
+                               std::string(is_real(info) ? "; the fix takes 0 to 1 as the range "
+                                                           "of the values"
+                                                         : ""),
+                     .fix = elements_for(info)});
     return {format, width, height};
+  }
+
+  static bool is_real(const weir_tensor_info& info) {
+    return info.type == WEIR_FLOAT16 || info.type == WEIR_FLOAT32 || info.type == WEIR_FLOAT64;
+  }
+
+  // The elements that make pixels of a tensor; "" if it has no dimensions of a picture.
+  static std::string elements_for(const weir_tensor_info& info) {
+    const auto are_channels = [](int64_t extent) {
+      return extent == 1 || extent == 3 || extent == 4;
+    };
+    const bool is_packed = are_channels(weir::dimension(info, 0));
+    if (!is_packed && !are_channels(weir::dimension(info, 2))) return "";
+    std::string out;
+    if (!is_packed) out += "tensor_transform mode=transpose option=2:0:1:3 ! ";
+    if (is_real(info))
+      out += "tensor_transform mode=arithmetic option=typecast:float32,mul:255.0 ! ";
+    if (info.type != WEIR_UINT8)
+      out +=
+          "tensor_transform mode=clamp option=0:255 ! "
+          "tensor_transform mode=typecast option=uint8 ! ";
+    return out.empty() ? "" : out + "tensor_decoder";
   }
 
   // Logs an unusable option1 instead of failing, because pipelines with such an option have always

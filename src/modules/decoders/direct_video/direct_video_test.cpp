@@ -63,6 +63,12 @@ TEST(DirectVideo, RefusesWhatIsNoPicture) {
     EXPECT_SAYS(error, std::string("uint8 ") + shape);
   }
   EXPECT_SAYS(shown<float>("", "3:4:2", 24, ElementType::Float32).error, "needs one picture");
+  EXPECT_SAYS(shown<float>("", "3:4:2", 24, ElementType::Float32).error,
+              "fix: tensor_transform mode=arithmetic option=typecast:float32,mul:255.0 ! "
+              "tensor_transform mode=clamp option=0:255 ! "
+              "tensor_transform mode=typecast option=uint8 ! tensor_decoder");
+  EXPECT_SAYS(shown<float>("", "8:2:3", 48, ElementType::Float32).error,
+              "fix: tensor_transform mode=transpose option=2:0:1:3 ! tensor_transform");
   EXPECT_SAYS(shown<uint16_t>("", "3:4:2", 24, ElementType::UInt16).error, "needs one picture");
 }
 
