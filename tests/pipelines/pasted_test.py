@@ -17,9 +17,13 @@ import subprocess
 import tempfile
 import unittest
 
+import numpy
+
+import onnx_writer
 import tap_runner
 from built_modules import has_engine
 from documents_test import SHARED, documents, models_of_readers
+from fix_lines import mended, run
 from page_blocks import blocks, difference
 
 SOURCE = pathlib.Path(os.environ["WEIR_SOURCE"])
@@ -201,6 +205,154 @@ class Pasted(unittest.TestCase):
         self.run_page("docs/guide/from-mediapipe.md")
         faces, = self.frames("faces.jsonl")
         self.assertEqual(len(faces["detections"]), 3)
+
+
+def pixels_of_picture(path, width, height):
+    """The pixels of PICTURE, as an array height x width x 3."""
+    subprocess.run(["gst-launch-1.0", "-q", *PICTURE.split(), "!", f"video/x-raw,format=RGB,width={width},height={height}", "!", "filesink",
+                    f"location={path}"], check=True)
+    return numpy.frombuffer(path.read_bytes(), numpy.uint8).reshape(height, -1)[:, :width * 3].reshape(height, width, 3)
+
+
+PICTURE = "videotestsrc num-buffers=1 pattern=smpte75"
+
+
+@unittest.skipUnless(has_engine("onnxruntime"), "needs ONNX Runtime")
+class FixLines(unittest.TestCase):
+    """The fix of each error is pasted into its pipeline until it runs, and the pipeline must then give the right values."""
+
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = pathlib.Path(folder.name)
+
+    def model(self, name, *nodes, inputs, outputs, arrays=None, metadata=()):
+        path = self.folder / f"{name}.onnx"
+        path.write_bytes(onnx_writer.model(nodes, arrays or {}, inputs, outputs, metadata))
+        return path
+
+    def copying_model(self, *shape):
+        """A model that returns its input."""
+        return self.model("copy", ("Identity", ["x"], "y"), inputs=[("x", shape)], outputs=[("y", shape)])
+
+    def values(self, line):
+        """The numbers that a pipeline without a sink gives once its fixes are pasted."""
+        mended(self, f"{line} ! filesink location={self.folder}/out")
+        return numpy.frombuffer((self.folder / "out").read_bytes(), numpy.float32)
+
+    def detector(self, side=320):
+        """Has the outputs of YOLOv8: one object, whose score is the mean of the input's values."""
+        cells = sum((side // stride) ** 2 for stride in (8, 16, 32))
+        rows, mean = numpy.zeros((1, 84, cells), "float32"), numpy.zeros((1, 84, cells), "float32")
+        rows[0, :4, 100] = side / 2, side / 2, side / 4, side / 2
+        mean[0, 4, 100] = 1
+        return self.model("detector", ("ReduceMean", ["images"], "kept"), ("Squeeze", ["kept"], "mean"), ("Mul", ["score", "mean"], "scores"),
+                          ("Add", ["scores", "rows"], "output0"), arrays={"rows": rows, "score": mean},
+                          inputs=[("images", (1, 3, side, side))], outputs=[("output0", (1, 84, cells))])
+
+    def detections(self, line):
+        mended(self, f"{line} ! filesink location={self.folder}/out")
+        return json.loads((self.folder / "out").read_text().splitlines()[0])["detections"]
+
+    def test_pictures_get_the_size_order_and_range_of_the_model(self):
+        model = self.detector()
+        gray = "videotestsrc num-buffers=1 pattern=solid-color foreground-color=0xff999999 ! video/x-raw,format=RGB,width=320,height=320"
+        for preparation in ("tensor_preprocess width=416 height=416 type=float32 layout=NHWC", "tensor_converter",
+                            "tensor_converter ! tensor_transform mode=typecast option=float32",
+                            "tensor_converter ! tensor_transform mode=transpose option=1:2:0:3"):
+            with self.subTest(preparation):
+                found, = self.detections(f"{gray} ! {preparation} ! tensor_filter model={model} ! tensor_decoder mode=detection ! "
+                                         "tensor_decoder mode=json")
+                self.assertAlmostEqual(found["score"], 0x99 / 255, places=3)
+                self.assertEqual([round(x) for x in found["box"]], [120, 80, 200, 240])
+
+    def test_a_tensor_is_read_as_the_dimensions_of_the_model(self):
+        pixels = pixels_of_picture(self.folder / "pixels", 28, 28)
+        source = f"{PICTURE} ! video/x-raw,format=RGB,width=28,height=28 ! tensor_converter ! tensor_transform mode=typecast option=float32"
+        got = self.values(f"{source} ! tensor_filter model={self.copying_model('N', 28 * 28 * 3)}")
+        numpy.testing.assert_array_equal(got, pixels.astype("float32").ravel())
+
+    def test_a_clip_gets_the_order_of_the_model(self):
+        pixels = pixels_of_picture(self.folder / "pixels", 12, 10)
+        source = f"{PICTURE.replace('=1', '=4')} ! video/x-raw,format=RGB,width=12,height=10,framerate=10/1 ! tensor_converter"
+        model = self.copying_model(1, 3, 4, 10, 12)
+        clip = numpy.stack([pixels] * 4).transpose(3, 0, 1, 2).astype("float32")
+        for middle in ("tensor_aggregator frames-out=4 frames-dim=3", "tensor_transform mode=typecast option=float32", "identity"):
+            with self.subTest(middle):
+                got = self.values(f"{source} ! {middle} ! tensor_filter model={model}")
+                numpy.testing.assert_allclose(got, clip.ravel(), rtol=1e-6)
+
+    def test_a_sensor_gets_the_window_and_the_type_of_the_model(self):
+        samples = numpy.arange(8 * 6, dtype="int16")
+        (self.folder / "samples").write_bytes(samples.tobytes())
+        source = f"filesrc location={self.folder}/samples blocksize=12 ! application/octet-stream,framerate=100/1"
+        for shape, wanted in (((1, 8, 6), samples), ((1, 6, 8), samples.reshape(8, 6).T)):
+            with self.subTest(shape):
+                got = self.values(f"{source} ! tensor_converter input-dim=6:1 input-type=int16 ! tensor_filter model={self.copying_model(*shape)}")
+                numpy.testing.assert_array_equal(got, wanted.astype("float32").ravel())
+
+    def test_outputs_of_a_model_are_read_before_they_are_written(self):
+        found, = self.detections("videotestsrc num-buffers=1 pattern=white ! video/x-raw,format=RGB,width=320,height=320 ! tensor_preprocess "
+                                 f"layout=NCHW type=float32 scale=0.003 ! tensor_filter model={self.detector()} ! tensor_decoder mode=json")
+        self.assertAlmostEqual(found["score"], 255 * 0.003, places=2)
+
+    def test_real_numbers_become_pixels(self):
+        pixels = pixels_of_picture(self.folder / "pixels", 12, 8)
+        source = (f"{PICTURE} ! video/x-raw,format=RGB,width=12,height=8 ! tensor_converter ! "
+                  "tensor_transform mode=arithmetic option=typecast:float32,div:255.0")
+        for turn, shape in (("", (1, 8, 12, 3)), (" ! tensor_transform mode=transpose option=1:2:0:3", (1, 3, 8, 12))):
+            with self.subTest(shape):
+                mended(self, f"{source}{turn} ! tensor_filter model={self.copying_model(*shape)} ! tensor_decoder mode=direct_video ! "
+                       f"filesink location={self.folder}/out")
+                got = numpy.frombuffer((self.folder / "out").read_bytes(), numpy.uint8).reshape(8, 12, 3)
+                numpy.testing.assert_allclose(got.astype(int), pixels, atol=1)
+
+    def test_a_flexible_stream_becomes_video(self):
+        pixels = pixels_of_picture(self.folder / "pixels", 12, 8)
+        mended(self, f"{PICTURE} ! video/x-raw,format=RGB,width=12,height=8 ! tensor_converter ! other/tensors,format=flexible ! "
+               f"tensor_decoder mode=direct_video ! filesink location={self.folder}/out")
+        self.assertEqual((self.folder / "out").read_bytes(), pixels.tobytes())
+
+    def test_a_forgotten_link_is_named(self):
+        for line in (f"{PICTURE} ! video/x-raw,format=RGB,width=12,height=8 ! tensor_converter tensor_transform mode=typecast option=float32 ! "
+                     f"filesink location={self.folder}/out",
+                     f"{PICTURE} ! video/x-raw,format=RGB,width=12,height=8 ! tensor_converter ! tensor_transform mode=typecast option=float32 "
+                     f"filesink location={self.folder}/out"):
+            mended(self, line, limit=1)
+            got = numpy.frombuffer((self.folder / "out").read_bytes(), numpy.float32)
+            numpy.testing.assert_array_equal(got, pixels_of_picture(self.folder / "pixels", 12, 8).ravel())
+
+    def test_two_dimensions_are_no_flags(self):
+        (self.folder / "samples").write_bytes(bytes(range(24)))
+        line = mended(self, f"filesrc location={self.folder}/samples blocksize=24 ! application/octet-stream,framerate=1/1 ! "
+                      "tensor_converter input-dim=6:4 input-type=uint8 ! other/tensors,format=static,num_tensors=1,dimensions=6:4,types=uint8 ! "
+                      f"filesink location={self.folder}/out", limit=1)
+        self.assertIn("dimensions=(string)6:4", line)
+        self.assertEqual((self.folder / "out").read_bytes(), bytes(range(24)))
+
+    def test_a_loop_begins_with_a_frame_of_known_size(self):
+        """The size of the sum is known with the data only: values that are not above `low` are left out."""
+        model = self.model("sum", ("Add", ["x", "state"], "sum"), ("Greater", ["x", "low"], "kept"), ("Compress", ["sum", "kept"], "out"),
+                           arrays={"low": numpy.array([-1], "float32")}, inputs=[("x", (1,)), ("state", (1,))], outputs=[("out", ("n",))])
+        numpy.arange(1, 5, dtype="float32").tofile(self.folder / "in")
+        mended(self, f"filesrc location={self.folder}/in blocksize=4 ! application/octet-stream,framerate=10/1 ! tensor_converter input-dim=1 "
+               "input-type=float32 ! mux.sink_0 tensor_reposrc slot-index=7 "
+               "caps=other/tensors,format=static,num_tensors=1,dimensions=(string)1,types=float32,framerate=10/1 ! mux.sink_1 "
+               f"tensor_mux name=mux sync-mode=nosync ! tensor_filter model={model} ! tee name=t ! queue ! tensor_reposink slot-index=7 "
+               f"t. ! queue ! tensor_converter ! filesink location={self.folder}/out")
+        self.assertEqual(numpy.fromfile(self.folder / "out", "float32").tolist(), [1, 3, 6, 10])
+
+    def test_elements_of_other_projects_have_an_equivalent(self):
+        for name, equivalent, fix in (("gvadetect model=a.onnx device=CPU", "tensor_filter", "weir try a.onnx photo.jpg"),
+                                      ("onnxinference model-file=b.onnx", "tensor_preprocess", "weir try b.onnx photo.jpg"),
+                                      ("nvinfer config-file-path=c.txt", "tensor_decoder mode=detection", "weir try MODEL.onnx photo.jpg"),
+                                      ("gvatrack tracking-type=zero-term", "tensor_tracker", "videotestsrc ! tensor_tracker ! fakesink"),
+                                      ("rosimagesrc", "appsrc", None), ("tensor_ros_sink", "edgesink", None)):
+            with self.subTest(name):
+                text = run(f"videotestsrc ! {name} ! fakesink").stderr
+                self.assertIn(f"Weir has no element {name.split()[0]} of ", text)
+                self.assertIn(equivalent, re.search("needed: (.*)", text)[1])
+                self.assertEqual(re.findall("fix: (.*)", text), [fix] if fix else [])
 
 
 class Links(unittest.TestCase):

@@ -339,6 +339,14 @@ class TensorReposrc : public gst::Element<TensorReposrc, gst::PushSource> {
     return buffer;
   }
 
+  // A loop begins with a frame of a known size, which flexible caps do not give.
+  std::string fix_for(const FrameSpec& frames, const GstCaps* caps) const {
+    const std::string slot = "slot-index=" + std::to_string(settings().slot_index);
+    if (frames.format == Format::Flexible && spec_.format == Format::Static)
+      return "tensor_converter ! tensor_reposink " + slot;
+    return "tensor_reposrc " + slot + " caps=\"" + to_string(caps) + "\"";
+  }
+
   // Applies the property caps, set while frames flow, at the first frame that matches them.
   void follow_caps(const FrameSpec& frame) {
     const auto spec = spec_with_roles(settings().caps.get());
@@ -364,8 +372,7 @@ class TensorReposrc : public gst::Element<TensorReposrc, gst::PushSource> {
                    .offered = to_string(caps.get()),
                    .needed = to_string(caps_.get()),
                    .difference = difference,
-                   .fix = "tensor_reposrc slot-index=" + std::to_string(settings().slot_index) +
-                          " caps=\"" + to_string(caps.get()) + "\""};
+                   .fix = fix_for(*spec, caps.get())};
     checked_ = caps;
     roles_ = spec->roles.empty() ? spec_.roles : spec->roles;
     return ok();
