@@ -8,7 +8,6 @@
 #include <utility>
 
 #include "core/infer/module/module_library.hpp"
-#include "core/text/shell_quote.hpp"
 #include "core/text/text.hpp"
 #include "elements/tensor_filter/filter_properties.hpp"
 #include "elements/tensor_filter/model_config.hpp"
