@@ -52,6 +52,7 @@ TEST_F(SubPluginFramework, IsTheSubPluginOfThisName) {
   EXPECT_TRUE(std::find(names.begin(), names.end(), "fake") != names.end());
   EXPECT_SAYS(engine("Hand0"), "WEIR-3001: no engine has this name");
   EXPECT_SAYS(engine("Hand0"), "did you mean hand0?");
+  EXPECT_SAYS(engine("half"), "or NNStreamer's libnnstreamer_filter_half.so in /");
 }
 
 TEST_F(SubPluginFramework, FollowsPriorityThenAlias) {

@@ -53,7 +53,7 @@ Error not_installed(const KnownEngine& known, std::string_view word, std::string
   return out;
 }
 
-// Where sub-plugins of NNStreamer are searched for.
+// Where sub-plugins of NNStreamer are searched for; "" if they are not.
 std::string sub_plugin_folders() {
   const auto configuration = nnstreamer_configuration();
   return join(configuration.folders(config::FolderKind::Filters), " or ",
@@ -77,8 +77,10 @@ Error unknown_engine(std::string_view word, const std::vector<std::string>& avai
             .fix = close.empty() ? "" : "framework=" + close};
   if (!is_plain(word)) return out;
   out.needed += "; or the file " + file_name("engine", std::string(word)) +
-                " in a folder that WEIR_MODULE_PATH lists, or NNStreamer's libnnstreamer_filter_" +
-                std::string(word) + ".so in " + sub_plugin_folders();
+                " in a folder that WEIR_MODULE_PATH lists";
+  if (const auto folders = sub_plugin_folders(); !folders.empty())
+    out.needed +=
+        ", or NNStreamer's libnnstreamer_filter_" + std::string(word) + ".so in " + folders;
   if (close.empty()) out.fix = "export WEIR_MODULE_PATH=/folder/of/the/module";
   return out;
 }
