@@ -5,7 +5,9 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <initializer_list>
 #include <optional>
+#include <string_view>
 
 namespace weir {
 namespace {
@@ -127,6 +129,15 @@ bool has_order(const TensorSpec& offered, const std::vector<size_t>& order,
   return true;
 }
 
+// The dimensions in the order in which `from` has moved to `to`.
+std::vector<size_t> moved(size_t rank, size_t from, size_t to) {
+  std::vector<size_t> order;
+  for (size_t i = 0; i < rank; ++i)
+    if (i != from) order.push_back(i);
+  order.insert(order.begin() + static_cast<std::ptrdiff_t>(to), from);
+  return order;
+}
+
 // The transposition of `offered` that the model takes, in which one dimension moves and the others
 // keep their order; "" if there is none.
 std::string transposition(const TensorSpec& offered, const ModelTensor& needed) {
@@ -134,10 +145,7 @@ std::string transposition(const TensorSpec& offered, const ModelTensor& needed) 
   const size_t rank = std::max({offered.shape.rank(), needed.shape.size(), kShort});
   for (size_t from = 0; from < rank; ++from)
     for (size_t to = 0; to < rank; ++to) {
-      std::vector<size_t> order;
-      for (size_t i = 0; i < rank; ++i)
-        if (i != from) order.push_back(i);
-      order.insert(order.begin() + static_cast<std::ptrdiff_t>(to), from);
+      auto order = moved(rank, from, to);
       if (!has_order(offered, order, needed)) continue;
       if (rank == kShort && order.back() != kShort - 1) order.push_back(kShort);
       return "tensor_transform mode=transpose option=" +
@@ -159,8 +167,8 @@ std::string window(TensorSpec offered, const ModelTensor& needed, size_t i, int6
   const int64_t have = offered.shape[i];
   if (extent <= have || extent > UINT32_MAX || extent % have != 0) return "";
   offered.shape[i] = static_cast<uint32_t>(extent);
-  const std::string collected = "tensor_aggregator frames-out=" + std::to_string(extent / have) +
-                                " frames-dim=" + std::to_string(i);
+  std::string collected = "tensor_aggregator frames-out=" + std::to_string(extent / have) +
+                          " frames-dim=" + std::to_string(i);
   if (dimensions_fit(needed, offered.shape)) return collected;
   const std::string turned = transposition(offered, needed);
   return turned.empty() ? "" : collected + " ! " + turned;
@@ -234,9 +242,9 @@ Error other_number(const std::vector<ModelTensor>& model, const std::vector<Tens
   if (stream.size() > model.size()) {
     const bool is_complete = std::all_of(matches.begin(), matches.end(),
                                          [](const auto& match) { return match.has_value(); });
-    out.fix =
-        "tensor_filter input-combination=" +
-        (is_complete ? join(matches, ",", [](const auto& k) { return std::to_string(*k); }) : "0");
+    if (is_complete)
+      out.fix = "tensor_filter input-combination=" +
+                join(matches, ",", [](const auto& k) { return std::to_string(*k); });
     return out;
   }
   std::vector<std::string> missing;
@@ -244,9 +252,35 @@ Error other_number(const std::vector<ModelTensor>& model, const std::vector<Tens
     if (!matches[i])
       missing.push_back(model[i].name.empty() ? "input " + std::to_string(i) : model[i].name);
   out.difference = "no tensor for " + join(missing, ", ");
-  out.fix = "tensor_mux name=inputs ! tensor_filter";
   out.needed += ": a stream for each input, joined by tensor_mux in their order";
   return out;
+}
+
+// The parts that are not empty, each followed by a link, and tensor_filter; "" without any.
+std::string link_to_filter(std::initializer_list<std::string_view> parts) {
+  std::string out;
+  for (const auto part : parts)
+    if (!part.empty()) out += std::string(part) + " ! ";
+  return out.empty() ? "" : out + "tensor_filter";
+}
+
+// The cast of values of `type` to those of the model, "" where none is needed; nullopt if there is
+// none.
+std::optional<std::string> find_cast(ElementType type, const ModelTensor& needed) {
+  if (needed.type == ElementType::End || needed.type == type) return "";
+  auto cast = cast_elements(type, needed);
+  return cast.empty() ? std::nullopt : std::optional(std::move(cast));
+}
+
+std::string elements_before(const TensorSpec& offered, const ModelTensor& needed, bool is_video) {
+  const bool fits = dimensions_fit(needed, offered.shape);
+  const std::string picture = fits || !is_video ? "" : picture_elements(needed);
+  const auto cast = find_cast(picture.empty() ? offered.type : ElementType::UInt8, needed);
+  if (!cast) return "";
+  if (!picture.empty()) return link_to_filter({picture, *cast});
+  const std::string shaped = fits ? "" : shaping_elements(offered, needed);
+  // The type of a shape that is read from bytes is that of the cast.
+  return fits || !shaped.empty() ? link_to_filter({*cast, shaped}) : "";
 }
 
 }  // namespace
@@ -263,21 +297,9 @@ bool looks_like_picture(const TensorSpec& tensor) {
 }
 
 std::string suggested_fix(const TensorSpec& offered, const ModelTensor& needed, bool is_video) {
+  if (offered.shape.is_empty()) return "";
   if (is_only_longer(offered, needed)) return "tensor_filter invoke-rows=1";
-  const bool fits = dimensions_fit(needed, offered.shape);
-  const std::string picture = fits || !is_video ? "" : picture_elements(needed);
-  const ElementType type = picture.empty() ? offered.type : ElementType::UInt8;
-  const std::string shaped = fits || !picture.empty() ? picture : shaping_elements(offered, needed);
-  if (!fits && shaped.empty()) return "";
-  const bool is_cast = needed.type != ElementType::End && needed.type != type;
-  const std::string cast = is_cast ? cast_elements(type, needed) : "";
-  if (is_cast && cast.empty()) return "";
-  // The type of a shape that is read from bytes is that of the cast.
-  const bool is_cast_first = picture.empty();
-  std::string out;
-  for (const auto& part : {is_cast_first ? cast : shaped, is_cast_first ? shaped : cast})
-    if (!part.empty()) out += part + " ! ";
-  return out.empty() ? "" : out + "tensor_filter";
+  return elements_before(offered, needed, is_video);
 }
 
 Result<std::vector<ModelTensor>> fit(const std::vector<ModelTensor>& model,

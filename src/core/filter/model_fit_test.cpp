@@ -142,13 +142,22 @@ TEST(Fit, MovesThePixelsOfAQuantisedModelOfSignedIntegers) {
   EXPECT_EQ(fix_for(), "tensor_transform mode=arithmetic option=typecast:int16,add:-128 ! " + cast);
 }
 
+// Nothing makes values of none.
+TEST(Fit, ProposesNothingForATensorWithoutElements) {
+  TensorSpec none = spec(ElementType::Float32, {5, 0});
+  none.shape.set_rank(2);
+  const auto fitted = fit({{ElementType::Float32, true, {128, 6}, ""}}, {none});
+  ASSERT_FALSE(fitted);
+  EXPECT_EQ(fitted.error().fix, "");
+}
+
 TEST(Fit, RejectsAWrongNumberOfTensors) {
   const ModelTensor gain{ElementType::Float32, true, {1}, "gain"};
   const auto few = fit({gain, kMobilenet, {ElementType::Float32, true, {}, "offset"}},
                        {spec(ElementType::UInt8, {3, 224, 224})});
   ASSERT_FALSE(few);
   EXPECT_EQ(few.error().difference, "no tensor for gain, offset");
-  EXPECT_SAYS(few.error().fix, "tensor_mux");
+  EXPECT_SAYS(few.error().needed, "joined by tensor_mux");
   const auto one = spec(ElementType::UInt8, {3, 224, 224});
   const auto many = fit({kMobilenet}, {one, one});
   ASSERT_FALSE(many);

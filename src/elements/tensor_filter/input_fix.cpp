@@ -34,7 +34,8 @@ std::string find_card_for(const std::string& model_path, const ModelTensor& inpu
 }
 
 // How pictures usually are prepared for the model, by its outputs; nullopt if it takes none.
-std::optional<card::ImageInput> find_usual_input(const infer::Model& model, std::string* note) {
+std::optional<card::ImageInput> find_usual_input(const infer::Model& model,
+                                                 const ModelTensor& needed, std::string* note) {
   const auto &inputs = model.inputs(), &outputs = model.outputs();
   const weir_stream_model facts{.struct_size = sizeof facts,
                                 .n_inputs = static_cast<uint32_t>(inputs.size()),
@@ -50,10 +51,15 @@ std::optional<card::ImageInput> find_usual_input(const infer::Model& model, std:
   if (inputs.size() != 1 || inputs[0].rank > WEIR_RANK_LIMIT || outputs.empty())
     return std::nullopt;
   weir_tensor_info input = inputs[0];
+  if (needed.shape.size() != input.rank) return std::nullopt;
+  for (size_t i = 0; i < needed.shape.size(); ++i)
+    if (needed.shape[i] >= 0) input.shape[i] = needed.shape[i];
   heads::set_open_sides(facts.metadata_json, &input);
   const auto reading =
       heads::only_reading(described.facts(std::span<const weir_tensor_info>(), {}, 0));
-  return heads::usual_input(reading ? reading->family->name : heads::kUnknownFamily, input, note);
+  auto usual =
+      heads::usual_input(reading ? reading->family->name : heads::kUnknownFamily, input, note);
+  return usual && describes(*usual, needed) ? std::move(usual) : std::nullopt;
 }
 
 // The elements that make the model's input of video, or of a tensor of bytes; "" if they are not
@@ -67,35 +73,42 @@ std::string make_elements(const card::ImageInput& pixels, const TensorSpec& offe
   return is_picture ? card::value_elements(pixels) : "";
 }
 
+// The elements that make the input of the model; "" if they are not known. `note`: what is assumed.
+std::string find_elements(const OpenModel& model, const TensorSpec& offered, gst::Medium medium,
+                          std::string* note) {
+  const ModelTensor& needed = model.inputs()[0];
+  const auto& shared = *model.lease().shared();
+  const auto& paths = shared.source().options.paths;
+  const auto card = medium == gst::Medium::Video && paths.size() == 1
+                        ? find_card_for(paths[0], needed)
+                        : std::string();
+  if (!card.empty()) return "videoconvert ! tensor_preprocess card=" + launch_value(card);
+  const auto opened = shared.model();
+  const auto pixels = opened ? find_usual_input(*opened, needed, note) : std::nullopt;
+  return pixels ? make_elements(*pixels, offered, medium) : "";
+}
+
 }  // namespace
 
 Error with_input_fix(Error error, const OpenModel& model, const std::vector<TensorSpec>& stream,
                      gst::Medium medium) {
   const auto& inputs = model.inputs();
+  const auto& choice = model.description().input_choice;
+  // Its numbers would be those of the chosen tensors.
+  if (!choice.empty() && error.fix.starts_with("tensor_filter input-combination=")) error.fix = "";
   if (error.code != Code::SPEC_MISMATCH || inputs.size() != 1) return error;
-  const auto chosen = choose_tensors(stream, model.description().input_choice, "input-combination");
+  const auto chosen = choose_tensors(stream, choice, "input-combination");
   const bool has_other_fix = error.fix.starts_with("tensor_filter ");  // invoke-rows
   if (!chosen || chosen->size() != 1 || has_other_fix || fit(inputs, *chosen)) return error;
-  const TensorSpec& offered = chosen->front();
+  const bool is_video = medium == gst::Medium::Video;
   if (medium != gst::Medium::Unknown)
-    error.fix = suggested_fix(offered, inputs[0], medium == gst::Medium::Video);
-  const auto& shared = *model.lease().shared();
-  const auto opened = shared.model();
-  const auto& paths = shared.source().options.paths;
-  if (medium != gst::Medium::Other) {
-    if (const auto card = find_card_for(paths.size() == 1 ? paths[0] : "", inputs[0]);
-        !card.empty()) {
-      error.fix =
-          "videoconvert ! tensor_preprocess card=" + launch_value(card) + " ! tensor_filter";
-      return error;
-    }
-  }
+    error.fix = suggested_fix(chosen->front(), inputs[0], is_video);
   std::string note;
-  const auto pixels = opened ? find_usual_input(*opened, &note) : std::nullopt;
-  const std::string elements = pixels ? make_elements(*pixels, offered, medium) : "";
+  const std::string elements = find_elements(model, chosen->front(), medium, &note);
   if (elements.empty()) return error;
   error.fix = elements + " ! tensor_filter";
-  error.needed += "; " + note;
+  if (!note.empty()) error.needed += "; " + note;
+  if (is_video) error.needed += "; the fix replaces the elements between the video and the filter";
   return error;
 }
 

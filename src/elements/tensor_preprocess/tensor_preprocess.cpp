@@ -304,11 +304,6 @@ class TensorPreprocess : public gst::CountedTransform<TensorPreprocess> {
   Status configure(GstCaps* in, GstCaps* out) {
     const auto request = current();
     if (!request) return request.error();
-    if (!gst_pad_is_linked(source()))
-      return Error{.code = Code::NOT_NEGOTIATED,
-                   .what = "tensor_preprocess is not linked to a downstream element",
-                   .needed = "a ! and an element that takes tensors, after its properties",
-                   .fix = "tensor_preprocess ! tensor_filter"};
     const auto spec = gst::spec_from_caps(out);
     if (!spec) return spec.error();
     auto preparations = preprocess::resolve_frame(*request, spec->tensors);

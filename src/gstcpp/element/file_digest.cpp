@@ -5,6 +5,7 @@
 
 #include <filesystem>
 #include <fstream>
+#include <future>
 #include <map>
 #include <mutex>
 #include <tuple>
@@ -27,14 +28,24 @@ std::string known_sha256(const std::string& path) {
   using Key = std::tuple<std::string, uintmax_t, std::filesystem::file_time_type>;
   static constexpr size_t kMaxKnown = 64;
   static std::mutex mutex;  // guards `known`
-  static std::map<Key, std::string> known;
-  std::error_code ignored;
-  const Key key{path, std::filesystem::file_size(path, ignored),
-                std::filesystem::last_write_time(path, ignored)};
-  const std::lock_guard lock(mutex);  // others wait, rather than compute the same
-  if (const auto at = known.find(key); at != known.end()) return at->second;
+  static std::map<Key, std::shared_future<std::string>> known;
+  std::error_code error;
+  const auto size = std::filesystem::file_size(path, error);
+  if (error) return compute_sha256(path);
+  const Key key{path, size, std::filesystem::last_write_time(path, error)};
+  std::promise<std::string> digest;
+  std::unique_lock lock(mutex);
+  if (const auto at = known.find(key); at != known.end()) {
+    const auto found = at->second;
+    lock.unlock();
+    return found.get();  // waits for a thread that reads this file
+  }
   if (known.size() >= kMaxKnown) known.clear();
-  return known[key] = compute_sha256(path);
+  known[key] = digest.get_future().share();
+  lock.unlock();
+  std::string computed = compute_sha256(path);
+  digest.set_value(computed);
+  return computed;
 }
 
 }  // namespace weir::gst

@@ -18,6 +18,14 @@ std::optional<Medium> medium_at(GstPad* source) {
   return name.starts_with("video/") || name.starts_with("image/") ? Medium::Video : Medium::Other;
 }
 
+// Whether the tensors that leave the element are its results, and no longer pixels or samples.
+bool makes_results(GstPad* source) {
+  const auto element = Ref<GstElement>::adopt(gst_pad_get_parent_element(source));
+  const auto* const factory = element ? gst_element_get_factory(element.get()) : nullptr;
+  const std::string_view name = factory ? GST_OBJECT_NAME(factory) : "";
+  return name == "tensor_filter" || name == "tensor_decoder" || name == "tensor_crop";
+}
+
 }  // namespace
 
 Medium find_upstream_medium(GstPad* sink) {
@@ -27,6 +35,7 @@ Medium find_upstream_medium(GstPad* sink) {
     const auto source = Ref<GstPad>::adopt(gst_pad_get_peer(pad.get()));
     if (!source) return Medium::Unknown;
     if (const auto medium = medium_at(source.get())) return *medium;
+    if (makes_results(source.get())) return Medium::Unknown;
     // The sink pads of the element, or the pad within a bin.
     const auto inputs = linked_inside(source.get());
     pad = inputs.empty() ? Ref<GstPad>() : inputs[0];

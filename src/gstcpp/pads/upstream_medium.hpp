@@ -6,7 +6,7 @@
 namespace weir::gst {
 
 enum class Medium {
-  Unknown,  // tensors from the first element on
+  Unknown,  // tensors from the first element on, or results of a network
   Video,
   Other  // audio, text, bytes, ...
 };
