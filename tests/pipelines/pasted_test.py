@@ -329,6 +329,9 @@ class FixLines(unittest.TestCase):
                       f"filesink location={self.folder}/out", limit=1)
         self.assertIn("dimensions=(string)6:4", line)
         self.assertEqual((self.folder / "out").read_bytes(), bytes(range(24)))
+        branch = "videotestsrc num-buffers=1 ! video/x-raw,format=GRAY8,width=8,height=4 ! tensor_converter ! "
+        done = run(f"tensor_mux name=m ! other/tensors,format=static,num_tensors=2,dimensions=1:8:4.1:8:4,types=uint8.uint8 ! fakesink {branch}m. {branch}m.")
+        self.assertEqual(done.returncode, 0, done.stderr)
 
     def test_a_loop_begins_with_a_frame_of_known_size(self):
         """The size of the sum is known with the data only: values that are not above `low` are left out."""
@@ -345,8 +348,10 @@ class FixLines(unittest.TestCase):
     def test_elements_of_other_projects_have_an_equivalent(self):
         for name, equivalent, fix in (("gvadetect model=a.onnx device=CPU", "tensor_filter", "weir try a.onnx photo.jpg"),
                                       ("onnxinference model-file=b.onnx", "tensor_preprocess", "weir try b.onnx photo.jpg"),
-                                      ("nvinfer config-file-path=c.txt", "tensor_decoder mode=detection", "weir try MODEL.onnx photo.jpg"),
+                                      ("nvinfer config-file-path=c.txt", "tensor_decoder mode=detection", None),
+                                      ("gvadetect model=a.xml", "weir try", None),
                                       ("gvatrack tracking-type=zero-term", "tensor_tracker", "videotestsrc ! tensor_tracker ! fakesink"),
+                                      ("nvtracker name=k tracker-width=8", "tensor_tracker", "videotestsrc ! tensor_tracker name=k ! fakesink"),
                                       ("rosimagesrc", "appsrc", None), ("tensor_ros_sink", "edgesink", None)):
             with self.subTest(name):
                 text = run(f"videotestsrc ! {name} ! fakesink").stderr

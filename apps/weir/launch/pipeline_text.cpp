@@ -50,9 +50,9 @@ constexpr std::array kForeign{
     Foreign{"gvadetect", kDlStreamer, kDetection, true},
     Foreign{"gvaclassify", kDlStreamer, kOfRegions, true},
     Foreign{"gvainference", kDlStreamer, "tensor_preprocess ! tensor_filter", true},
-    Foreign{"gvagenai", kDlStreamer, "tensor_filter framework=oip", true},
+    Foreign{"gvagenai", kDlStreamer, "tensor_filter framework=oip"},
     Foreign{"gvaaudiodetect", kDlStreamer,
-            "audioconvert ! audioresample ! tensor_converter ! tensor_filter", true},
+            "audioconvert ! audioresample ! tensor_converter ! tensor_filter"},
     Foreign{"gvatrack", kDlStreamer, "tensor_tracker", false, true},
     Foreign{"gvawatermark", kDlStreamer, "tensor_overlay, with the results on its pad"},
     Foreign{"gvametaconvert", kDlStreamer, "tensor_decoder mode=json", false, true},
@@ -62,7 +62,7 @@ constexpr std::array kForeign{
     Foreign{"gvafpscounter", kDlStreamer, "identity, and the table of weir run"},
     Foreign{"gvaattachroi", kDlStreamer, "boxes on the pad regions of tensor_preprocess"},
     Foreign{"nvinfer", kDeepStream, kDetection, true},
-    Foreign{"nvinferserver", kDeepStream, "tensor_filter framework=oip", true},
+    Foreign{"nvinferserver", kDeepStream, "tensor_filter framework=oip"},
     Foreign{"nvtracker", kDeepStream, "tensor_tracker", false, true},
     Foreign{"nvdsosd", kDeepStream, "tensor_overlay, with the results on its pad"},
     Foreign{"nvdsanalytics", kDeepStream, "tensor_zones"},
@@ -79,29 +79,37 @@ constexpr std::array kForeign{
     Foreign{"objectdetectionoverlay", kGStreamer, "tensor_overlay, with the results on its pad"},
 };
 
-// The words of the element at `at`, up to the next link.
-std::vector<LaunchToken> words_of_element(const std::string& text, size_t at) {
+// The words of the element at `at`, up to what follows it in the text, at `end`.
+std::vector<LaunchToken> words_of_element(const std::string& text, size_t at, size_t* end) {
   const auto all = launch_tokens(text);
   std::vector<LaunchToken> out;
+  *end = text.size();
   if (!all) return out;
   for (const auto& word : *all) {
     if (word.at < at) continue;
-    if (!out.empty() && !word.assigns) break;
+    if (!out.empty() && !word.assigns) {
+      *end = word.at;
+      break;
+    }
     out.push_back(word);
   }
   return out;
 }
 
+// A model that `weir try` can open; "" if the words name none.
 std::string find_model(const std::vector<LaunchToken>& words) {
-  for (const std::string_view key : {"model=", "model-file="})
-    for (const auto& word : words)
-      if (word.text.starts_with(key)) return word.text.substr(key.size());
-  return "MODEL.onnx";
+  for (const auto& word : words)
+    for (const std::string_view key : {"model=", "model-file="})
+      for (const std::string_view extension : {".onnx", ".tflite", ".pt", ".caffemodel"})
+        if (word.text.starts_with(key) && word.text.ends_with(extension))
+          return word.text.substr(key.size());
+  return "";
 }
 
 // OPTION_SYNTAX with the equivalent of `name`, an element of another project that is at `at` in the
 // pipeline `text`. nullopt for other names.
-std::optional<Error> foreign_element(const std::string& name, const std::string& text, size_t at) {
+std::optional<Error> foreign_element(const std::string& name, const std::string& text,
+                                     std::optional<size_t> at) {
   const auto* known = std::find_if(kForeign.begin(), kForeign.end(),
                                    [&name](const Foreign& one) { return one.name == name; });
   const bool is_ros = name.starts_with("ros") || name.starts_with("tensor_ros");
@@ -110,17 +118,19 @@ std::optional<Error> foreign_element(const std::string& name, const std::string&
   Error out{.code = Code::OPTION_SYNTAX,
             .what = "Weir has no element " + name + " of " + std::string(foreign.project),
             .needed = std::string(foreign.equivalent)};
-  const auto words = words_of_element(text, at);
-  if (foreign.runs_model) {
-    out.needed += "; weir try prints them for a model";
-    out.fix = "weir try " + shell_word(find_model(words)) + " photo.jpg";
-  }
-  if (foreign.is_element && !words.empty()) {
-    // Properties of the foreign element are left out.
-    const auto& last = words.back();
-    const size_t end = std::min(text.find(" !", last.at), text.size());
-    out.fix = text.substr(0, at) + std::string(foreign.equivalent) + text.substr(end);
-  }
+  if (foreign.runs_model) out.needed += "; weir try prints them for a model in .onnx or .tflite";
+  if (!at) return out;
+  size_t end = 0;
+  const auto words = words_of_element(text, *at, &end);
+  if (foreign.runs_model)
+    if (const auto model = find_model(words); !model.empty())
+      out.fix = "weir try " + shell_word(model) + " photo.jpg";
+  if (!foreign.is_element) return out;
+  // Its other properties are left out.
+  std::string element(foreign.equivalent);
+  for (const auto& word : words)
+    if (word.text.starts_with("name=")) element += ' ' + word.text;
+  out.fix = text.substr(0, *at) + element + (end < text.size() ? " " : "") + text.substr(end);
   return out;
 }
 
@@ -174,7 +184,7 @@ Error missing_element(const std::string& name, const std::string& text) {
   const auto at = find_place(name, text);
   const std::string place = at ? place_in(text, *at) : "";
   out.difference = place;
-  if (auto foreign = foreign_element(name, text, at.value_or(0))) {
+  if (auto foreign = foreign_element(name, text, at)) {
     foreign->difference = place;
     return *std::move(foreign);
   }

@@ -361,7 +361,10 @@ std::optional<Error> dimensions_without_type(const std::string& text) {
       const size_t colon = text.find_first_not_of(kHexadecimal, begin);
       if (colon == std::string::npos || colon == begin || text[colon] != ':') continue;
       const size_t end = std::min(text.find_first_not_of(kHexadecimal, colon + 1), text.size());
-      if (end == colon + 1 || (end < text.size() && text[end] == ':')) continue;
+      constexpr std::string_view kEnds = " \t\n,;!'\"", kBegins = " \t\n,;'\"";
+      const bool is_value = end == text.size() || kEnds.find(text[end]) != std::string_view::npos;
+      const bool is_field = at > 0 && kBegins.find(text[at - 1]) != std::string_view::npos;
+      if (end == colon + 1 || !is_value || !is_field) continue;
       return Error{.code = Code::OPTION_SYNTAX,
                    .what = "dimensions of two numbers without a type are flags for GStreamer",
                    .offered = text.substr(at, end - at),
