@@ -52,12 +52,14 @@ std::vector<int> default_threads() {
   return out;
 }
 
-// "" for the defaults, then each other value of an option with few choices.
+// "" for the defaults, then each other value of an option with few choices. Switches are no such
+// option: they say what the engine accepts, and not how it runs.
 std::vector<std::string> list_variants(const std::vector<EngineOption>& engine_options) {
   std::vector<std::string> out{""};
   for (const auto& option : engine_options) {
     const auto choices = split(option.type, "|");
-    if (choices.size() < 2 || choices.size() > kMaxChoices) continue;
+    const bool is_switch = std::find(choices.begin(), choices.end(), "true") != choices.end();
+    if (is_switch || choices.size() < 2 || choices.size() > kMaxChoices) continue;
     for (const auto choice : choices)
       if (choice != option.by_default) out.push_back(option.name + ":" + std::string(choice));
   }

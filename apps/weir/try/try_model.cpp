@@ -274,8 +274,9 @@ std::optional<int64_t> find_samples(const infer::Model& model) {
   return samples >= kMin ? std::optional(samples) : std::nullopt;
 }
 
+// `is_column`: each sample is a row of one value, as tensor_converter makes them.
 std::string pipeline_for_sound(const TryOptions& options, const std::string& path, int64_t samples,
-                               const std::string& mode) {
+                               bool is_column, const std::string& mode) {
   return "gst-launch-1.0 -q " +
          PipelineDescription()
              .element("filesrc", {{"location", options.input}})
@@ -283,7 +284,8 @@ std::string pipeline_for_sound(const TryOptions& options, const std::string& pat
                  " ! decodebin ! audioconvert ! audioresample ! "
                  "audio/x-raw,format=F32LE,rate=16000,channels=1 ! tensor_converter "
                  "frames-per-tensor=" +
-                 std::to_string(samples) + " ! tensor_transform mode=transpose option=1:0:2:3 ! ")
+                 std::to_string(samples) +
+                 (is_column ? " ! " : " ! tensor_transform mode=transpose option=1:0:2:3 ! "))
              .element("tensor_filter", {{"model", path}})
              .text(" ! tensor_decoder mode=" + mode +
                    " max-results=1 ! tensor_decoder mode=json ! fdsink")
@@ -295,14 +297,17 @@ std::string pipeline_for_sound(const TryOptions& options, const std::string& pat
 Error takes_no_picture(const TryOptions& options, const std::string& path,
                        const infer::Model& model, const std::string& mode) {
   const auto samples = find_samples(model);
+  const auto& inputs = model.inputs();
+  const bool is_column = samples && inputs[0].shape[inputs[0].rank - 1] == 1;
   return {.code = Code::SPEC_MISMATCH,
-          .what = "weir try runs models that take a picture",
+          .what = inputs.size() > 1 ? "weir try runs models of one input"
+                                    : "weir try runs models that take a picture",
           .offered = path + " takes " + list_tensors(model_tensors(model.inputs())),
           .needed = samples
                         ? "for sound, a pipeline as in docs/guide/classify-sound.md; it assumes "
                           "16000 samples a second, as most models of sound have"
                         : "for other data, a pipeline as in docs/guide/use-a-sensor.md",
-          .fix = samples ? pipeline_for_sound(options, path, *samples, mode)
+          .fix = samples ? pipeline_for_sound(options, path, *samples, is_column, mode)
                          : "weir inspect " + shell_word(path)};
 }
 
@@ -312,6 +317,25 @@ bool takes_picture(const infer::Model& model) {
   return std::any_of(inputs.begin(), inputs.end(), [&](const auto& input) {
     return heads::usual_input("", input, &ignored).has_value();
   });
+}
+
+// How the outputs are read: by the card, else by a head. Returns the family of the head, "" for the
+// card's.
+Result<std::string> decode(const TryOptions& options, const Result<card::Card>& card,
+                           const decoders::StreamModel& facts, size_t n_labels, TryModel* out) {
+  const bool card_reads =
+      card && !card->decoder.empty() && options.mode.empty() && options.head.empty();
+  if (!card_reads || card->decoder == "image_labeling")
+    return decode_by_head(options, card_reads ? "classification" : options.mode, facts, n_labels,
+                          out);
+  decode_as_card(*card, out);
+  return std::string();
+}
+
+Status check_input(const TryOptions& options, const std::string& path, const infer::Model& model) {
+  if (!find_samples(model) && takes_picture(model)) return ok();
+  return takes_no_picture(options, path, model,
+                          options.mode.empty() ? "classification" : options.mode);
 }
 
 // How pixels are prepared: by the card, else as models of the family usually are.
@@ -347,24 +371,15 @@ Result<TryModel> try_model(const TryOptions& options) {
   if (!card && card.error().code == Code::CARD_INVALID) return card.error();
   const auto facts =
       describe_model(**model, out.path, card ? card->inputs[0].shape : std::vector<int64_t>());
-  if (!card && !takes_picture(**model))
-    return takes_no_picture(options, out.path, **model, "classification");
+  if (auto status = card ? ok() : check_input(options, out.path, **model); !status)
+    return status.error();
   auto labels = read_labels(options, card, facts, out.path);
   if (!labels) return labels.error();
   out.labels = labels->file;
 
-  const bool card_reads =
-      card && !card->decoder.empty() && options.mode.empty() && options.head.empty();
-  std::string family;
-  if (card_reads && card->decoder != "image_labeling") {
-    decode_as_card(*card, &out);
-  } else {
-    auto head = decode_by_head(options, card_reads ? "classification" : options.mode, facts,
-                               labels->count, &out);
-    if (!head) return head.error();
-    family = *head;
-  }
-  if (auto status = prepare(options, card, **model, family, &out); !status) return status.error();
+  const auto family = decode(options, card, facts, labels->count, &out);
+  if (!family) return family.error();
+  if (auto status = prepare(options, card, **model, *family, &out); !status) return status.error();
   return out;
 }
 
