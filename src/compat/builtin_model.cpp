@@ -207,16 +207,26 @@ int BuiltinModel::set_inputs(const GstTensorsInfo& in, GstTensorsInfo* out) {
   return get_outputs(out);
 }
 
-int BuiltinModel::resize_inputs(const GstTensorsInfo& in, GstTensorsInfo* out) {
-  if (!can_be("resize_inputs", in)) return -EINVAL;
-  const auto now = model_->inputs();
-  const auto wanted = wanted_infos(in, now);
+namespace {
+
+// 0 if inputs of these descriptions may be resized to the wanted ones.
+int check_sizes(const Infos& now, const Infos& wanted) {
   if (wanted.size() != now.size()) return -EINVAL;
   for (size_t i = 0; i < wanted.size(); ++i) {
     if (wanted[i].type != now[i].type || wanted[i].rank == 0) return -EINVAL;
     for (uint32_t k = 0; k < wanted[i].rank; ++k)
       if (wanted[i].shape[k] > std::numeric_limits<int>::max()) return -ERANGE;
   }
+  return 0;
+}
+
+}  // namespace
+
+int BuiltinModel::resize_inputs(const GstTensorsInfo& in, GstTensorsInfo* out) {
+  if (!can_be("resize_inputs", in)) return -EINVAL;
+  const auto now = model_->inputs();
+  const auto wanted = wanted_infos(in, now);
+  if (const int refused = check_sizes(now, wanted); refused != 0) return refused;
   if (model_->reshape(wanted)) return get_outputs(out);
   auto options = options_;
   options.options.emplace_back("Resize", "rank");

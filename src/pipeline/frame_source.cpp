@@ -222,6 +222,13 @@ Status FrameSource::write_caps(const std::vector<TensorSpec>& specs) {
   return ok();
 }
 
+Result<TensorSpec> FrameSource::find_spec(const weir_tensor& tensor, const TensorSpec* expected,
+                                          size_t index) const {
+  // Types are not compared with the caps of a capsfilter, as in NNStreamer.
+  if (expected && is_set_ && tensor.data && tensor.bytes == expected->bytes()) return *expected;
+  return pushed_spec(tensor, expected, index);
+}
+
 Result<gst::Ref<GstBuffer>> FrameSource::tensor_buffer(std::span<const weir_tensor> tensors) {
   if (tensors.empty() || tensors.size() > kTensorLimit)
     return Error{.code = Code::LIMIT_EXCEEDED,
@@ -237,13 +244,7 @@ Result<gst::Ref<GstBuffer>> FrameSource::tensor_buffer(std::span<const weir_tens
                  .difference = "number of tensors"};
   std::vector<TensorSpec> specs;
   for (size_t i = 0; i < tensors.size(); ++i) {
-    const TensorSpec* const expected = fixed ? &spec_.tensors[i] : nullptr;
-    // Types are not compared with the caps of a capsfilter, as in NNStreamer.
-    if (expected && is_set_ && tensors[i].data && tensors[i].bytes == expected->bytes()) {
-      specs.push_back(*expected);
-      continue;
-    }
-    auto spec = pushed_spec(tensors[i], expected, i);
+    auto spec = find_spec(tensors[i], fixed ? &spec_.tensors[i] : nullptr, i);
     if (!spec) return spec.error();
     specs.push_back(*std::move(spec));
   }

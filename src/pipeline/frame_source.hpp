@@ -42,6 +42,8 @@ class FrameSource {
   Result<gst::Ref<GstBuffer>> make_buffer(std::span<const weir_tensor> tensors);
   bool may_be_flexible() const;
   Status push_gap(std::span<const weir_tensor> tensors, int64_t pts, int64_t duration) const;
+  Result<TensorSpec> find_spec(const weir_tensor& tensor, const TensorSpec* expected,
+                               size_t index) const;
   Result<gst::Ref<GstBuffer>> tensor_buffer(std::span<const weir_tensor> tensors);
   Status write_caps(const std::vector<TensorSpec>& specs);
   Result<gst::Ref<GstBuffer>> media_buffer(std::span<const weir_tensor> tensors) const;

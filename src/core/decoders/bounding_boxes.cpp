@@ -96,6 +96,7 @@ class BoundingBoxes {
   void configure(std::span<const weir_tensor_info> inputs, DecoderOutput& output) {
     const auto described = model_.with_quantisation(inputs);
     std::vector<const weir_tensor_info*> infos;
+    infos.reserve(described.size());
     for (const weir_tensor_info& info : described) infos.push_back(&info);
     if (!inputs.empty()) check(infos);
     output.set_caps("video/x-raw,format=(string)RGBA,width=(int)" + std::to_string(size_.width) +

@@ -169,13 +169,13 @@ void set_open_sides(const char* metadata_json, weir_tensor_info* info) {
   const uint32_t first = has_batch ? 1 : 0;
   const bool is_planar = info->rank >= 3 && are_channels(info->shape[first]);
   const uint32_t rows = first + (is_planar ? 1 : 0);
-  for (uint32_t i = 0; i < info->rank; ++i) {
-    if (info->shape[i] > 0) continue;
-    info->shape[i] = i == 0 && has_batch ? 1
-                     : i == rows         ? sides.height
-                     : i == rows + 1     ? sides.width
-                                         : kOpenSide;
-  }
+  const auto side = [&](uint32_t i) -> int64_t {
+    if (i == 0 && has_batch) return 1;
+    if (i == rows) return sides.height;
+    return i == rows + 1 ? sides.width : kOpenSide;
+  };
+  for (uint32_t i = 0; i < info->rank; ++i)
+    if (info->shape[i] <= 0) info->shape[i] = side(i);
 }
 
 }  // namespace weir::heads

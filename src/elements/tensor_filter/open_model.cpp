@@ -5,6 +5,7 @@
 #include <array>
 
 #include "core/custom/custom_easy.hpp"
+#include "core/infer/module/host.hpp"
 #include "core/isolate/isolated_engine.hpp"
 #include "elements/tensor_filter/model_config.hpp"
 #include "elements/tensor_filter/model_report.hpp"

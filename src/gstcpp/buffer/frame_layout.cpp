@@ -128,19 +128,24 @@ Status FrameLayout::find_headers(GstBuffer* buffer, const FrameSpec& spec, GstMa
     if (auto status = map_next(buffer, flags); !status) return status;
     const std::span<const std::byte> bytes = maps_[i].bytes();
     const bool packed = i + 1 == kMemoryLimit && is_packed(bytes);
-    if (!packed && memories > 1) {
-      if (auto s = add_chunk(bytes, offset, static_cast<int>(i)); !s) return s;
-      offset += bytes.size();
-      continue;
-    }
-    const auto ranges = packed ? read_packed_tensors(bytes, spec.format) : walk_chunks(bytes);
-    if (!ranges) return ranges.error();
-    for (const auto& range : *ranges)
-      if (auto s = add_chunk(bytes.subspan(range.offset, range.size), offset + range.offset,
-                             ranges->size() == 1 ? 0 : -1);
-          !s)
-        return s;
+    Status status = packed || memories == 1 ? add_chunks(bytes, offset, packed, spec.format)
+                                            : add_chunk(bytes, offset, static_cast<int>(i));
+    if (!status) return status;
+    offset += bytes.size();
   }
+  return ok();
+}
+
+// Of a memory that may hold several tensors.
+Status FrameLayout::add_chunks(std::span<const std::byte> memory, size_t offset, bool packed,
+                               Format format) {
+  const auto ranges = packed ? read_packed_tensors(memory, format) : walk_chunks(memory);
+  if (!ranges) return ranges.error();
+  for (const auto& range : *ranges)
+    if (auto status = add_chunk(memory.subspan(range.offset, range.size), offset + range.offset,
+                                ranges->size() == 1 ? 0 : -1);
+        !status)
+      return status;
   return ok();
 }
 
@@ -175,14 +180,15 @@ Status FrameLayout::map_merged(GstBuffer* buffer, GstMapFlags flags) {
   return maps_[0] ? ok() : Status(memory_not_mapped());
 }
 
+Status FrameLayout::map_all(GstBuffer* buffer, GstMapFlags flags) {
+  if (is_split_ && gst_buffer_n_memory(buffer) > 1) return map_merged(buffer, flags);
+  while (maps_.size() < gst_buffer_n_memory(buffer))
+    if (auto status = map_next(buffer, flags); !status) return status;
+  return ok();
+}
+
 Status FrameLayout::map_payloads(GstBuffer* buffer, GstMapFlags flags) {
-  if (is_split_ && gst_buffer_n_memory(buffer) > 1) {
-    if (auto status = map_merged(buffer, flags); !status) return status;
-  } else {
-    while (maps_.size() < gst_buffer_n_memory(buffer))
-      if (auto status = map_next(buffer, flags); !status) return status;
-  }
-  if (places_.empty()) return ok();
+  if (auto status = map_all(buffer, flags); !status || places_.empty()) return status;
   const MappedMemory& last = maps_.back();  // of tensors that have no memory of their own
   const size_t before_last =
       places_.back().memory < 0 ? gst_buffer_get_size(buffer) - last.bytes().size() : 0;

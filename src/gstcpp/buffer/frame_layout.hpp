@@ -47,9 +47,11 @@ class FrameLayout {
   Status find_packed(GstBuffer* buffer, const FrameSpec& spec, size_t offset);
   Status find_headers(GstBuffer* buffer, const FrameSpec& spec, GstMapFlags flags);
   Status add_chunk(std::span<const std::byte> chunk, size_t offset, int memory);
+  Status add_chunks(std::span<const std::byte> memory, size_t offset, bool packed, Format format);
   Status check_dense() const;
   Status map_next(GstBuffer* buffer, GstMapFlags flags);
   Status map_merged(GstBuffer* buffer, GstMapFlags flags);
+  Status map_all(GstBuffer* buffer, GstMapFlags flags);
   Status map_payloads(GstBuffer* buffer, GstMapFlags flags);
   void unmap() noexcept;
 
