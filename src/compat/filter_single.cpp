@@ -96,7 +96,8 @@ class SingleFilter {
       return false;
     }
     std::vector<std::string> paths;
-    for (const auto path : split(text_of("model"), ","))
+    const std::string models = text_of("model");
+    for (const auto path : split(models, ","))
       if (!strip(path).empty()) paths.emplace_back(strip(path));
     const auto engine = direct::engine_for(text_of("framework"), paths);
     if (!engine) return warn("start", engine.error()), false;

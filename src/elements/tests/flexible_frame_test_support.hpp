@@ -18,7 +18,8 @@ GstBuffer* flexible_frame(const TensorSpec& spec, const std::vector<T>& payload)
   const auto bytes = std::as_writable_bytes(std::span<uint8_t>(out));
   write_tensor_header({spec, Format::Static, MediaType::Tensor, 0},
                       bytes.template first<kTensorHeaderBytes>());
-  std::memcpy(out.data() + kTensorHeaderBytes, payload.data(), payload.size() * sizeof(T));
+  if (!payload.empty())
+    std::memcpy(out.data() + kTensorHeaderBytes, payload.data(), payload.size() * sizeof(T));
   return frame(out);
 }
 
