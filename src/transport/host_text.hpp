@@ -11,7 +11,7 @@ namespace weir::transport {
 
 struct HostText {
   std::string host;              // without scheme and port
-  std::optional<uint16_t> port;  // the one behind the host; 1 to 65535
+  std::optional<uint16_t> port;  // that follows the host; 1 to 65535
 };
 // An IPv6 address has no port unless it is in brackets. Other text remains as it is.
 HostText read_host(std::string_view text);

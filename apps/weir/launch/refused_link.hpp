@@ -15,7 +15,7 @@ namespace weir::app {
 // does. nullopt when the link is not found in the text.
 std::optional<Error> refused_link(const std::string& text, const std::string& message);
 
-// Finds two elements that follow each other, of which the first one has no output and the second
+// Finds two elements that follow each other: the first one has no output and the second
 // one no input: a ! was forgotten, which GStreamer accepts. The fix is the text with it.
 std::optional<Error> missing_link(const std::string& text);
 

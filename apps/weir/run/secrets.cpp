@@ -28,7 +28,7 @@ std::string without_logins(const std::string& text) {
   return out.append(text, done);
 }
 
-// Where the value of "NAME = value" or "NAME:value" begins, if `at` is behind the name; else npos.
+// Where the value of "NAME = value" or "NAME:value" begins, if `at` is after the name; else npos.
 size_t value_at(const std::string& text, size_t at) {
   const auto skip_blanks = [&text](size_t from) {
     return std::min(text.find_first_not_of(' ', from), text.size());

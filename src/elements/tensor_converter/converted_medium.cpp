@@ -5,6 +5,7 @@
 
 #include "core/tensor/packed_tensors.hpp"
 #include "core/tensor/tensor_header.hpp"
+#include "gstcpp/buffer/frame_builder.hpp"
 #include "gstcpp/buffer/frame_errors.hpp"
 #include "gstcpp/buffer/memory_part.hpp"
 #include "gstcpp/buffer/module_values.hpp"
@@ -101,6 +102,11 @@ Result<MediumFrames> ConvertedMedium::frames(gst::Ref<GstBuffer> buffer, Ledger*
                        static_cast<gsize>(-1));
   GST_BUFFER_PTS(out.buffer.get()) = gst_time(frame->pts);
   GST_BUFFER_DURATION(out.buffer.get()) = gst_time(frame->duration);
+  const bool is_empty =
+      std::any_of(frame->tensors.begin(), frame->tensors.end(),
+                  [](const auto& tensor) { return tensor.spec().shape.is_empty(); });
+  if (is_empty && !frame->is_flexible)
+    return MediumFrames{.buffer = {}, .gap = gst::gap_like(out.buffer.get())};
   out.rate = frame->rate;
   out.is_flexible = frame->is_flexible;
   // More tensors than memories are packed by the element, which writes the headers itself.
@@ -114,9 +120,6 @@ Result<MediumFrames> ConvertedMedium::frames(gst::Ref<GstBuffer> buffer, Ledger*
     if (!memory) return memory.error();
     gst_buffer_append_memory(out.buffer.get(), memory->release());
   }
-  const bool is_empty = std::any_of(out.tensors.begin(), out.tensors.end(),
-                                    [](const auto& spec) { return spec.shape.is_empty(); });
-  if (is_empty && !out.is_flexible) return MediumFrames{.buffer = {}, .is_empty = true};
   if (auto status = gather(frames_per_tensor_, &out.tensors); !status) return status.error();
   if (auto status = agree(out.tensors, user_); !status) return status.error();
   return out;

@@ -4,6 +4,7 @@
 
 #include "core/tensor/packed_tensors.hpp"
 #include "core/tensor/tensor_header.hpp"
+#include "gstcpp/buffer/frame_builder.hpp"
 #include "gstcpp/buffer/tensor_caps.hpp"
 
 namespace weir {
@@ -30,7 +31,7 @@ Result<MediumFrames> FlexibleMedium::frames(gst::Ref<GstBuffer> buffer, Ledger*)
   const bool is_empty = reader_.has_empty_tensor();
   reader_.clear();
   if (!tensors) return tensors.error();
-  if (is_empty) return MediumFrames{.buffer = {}, .is_empty = true};
+  if (is_empty) return MediumFrames{.buffer = {}, .gap = gst::gap_like(buffer.get())};
   if (auto status = agree(*tensors, user_); !status) return status.error();
   auto out = gst::Ref<GstBuffer>::adopt(gst_buffer_new());
   gst_buffer_copy_into(out.get(), buffer.get(), GST_BUFFER_COPY_METADATA, 0,

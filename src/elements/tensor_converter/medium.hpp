@@ -49,7 +49,7 @@ struct MediumFrames {
   std::optional<Error> warning{};     // to be posted, for example that data was cut off
   bool is_flexible = false;           // this frame makes the stream flexible
   bool has_headers = false;           // flexible: each memory begins with the header of its tensor
-  bool is_empty = false;              // dropped because a tensor has no elements
+  gst::Ref<GstEvent> gap{};           // in the place of a frame that has a tensor without elements
 };
 
 class Medium {

@@ -102,15 +102,14 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
   GstFlowReturn on_buffer(GstBuffer* raw) {
     ledger_.received();
     auto input = Ref<GstBuffer>::adopt(raw);
-    auto gap = gst::gap_like(raw);
     if (stream_.is_configured() && is_written()) follow_properties(input.get());
     auto frames = stream_.convert(std::move(input));
     if (!frames) return fail(frames.error());
     if (frames->warning) gst::post_warning(element(), *frames->warning);
     if (!frames->buffer) {
       ledger_.dropped(DropReason::Policy);
-      if (frames->is_empty && gap && !stream_.waits_for_frame())
-        gst_pad_push_event(source_, gap.release());
+      if (frames->gap && !stream_.waits_for_frame())
+        gst_pad_push_event(source_, frames->gap.release());
       return GST_FLOW_OK;
     }
     // Copies memory that cannot be shared if the buffer has other owners.

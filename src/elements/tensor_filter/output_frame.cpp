@@ -212,8 +212,8 @@ OutputFrame::Made OutputFrame::assemble(const InputFrame& in, std::span<weir_ten
       pieces_.push_back({gst::Ref<GstMemory>::share(memory), pool_.tensors()[index]});
     } else if (auto status = add(output_piece(index, outputs[index])); !status) {
       return status.error();
-    } else if (!pieces_.back().memory) {
-      pieces_.clear();
+    } else if (!pieces_.back().memory) {  // no elements, which a static stream cannot hold:
+      pieces_.clear();                    // a buffer without memory, for a GAP event
       break;
     }
   }

@@ -1,6 +1,6 @@
-// A capsfilter that describes tensors without their format, behind a source without caps: it sends
-// caps if the downstream element offers one structure only (docs/compatibility/types-and-caps.md
-// 1.5).
+// A capsfilter that describes tensors without their format, downstream of a source without caps:
+// it sends caps if the downstream element offers one structure only
+// (docs/compatibility/types-and-caps.md 1.5).
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "bad_input_subjects_test_support.hpp"
 #include "pipeline_test_support.hpp"

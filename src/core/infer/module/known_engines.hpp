@@ -19,7 +19,7 @@ struct KnownEngine {
 std::span<const KnownEngine> known_engines() noexcept;
 // Finds an engine by name or alias; null if unknown.
 const KnownEngine* known_engine(std::string_view word) noexcept;
-// The engines for a file extension, of which the first installed one is chosen
+// The engines for a file extension: the first installed one is chosen
 // (docs/compatibility/filter.md 4.2); empty if only the table of engines decides.
 std::vector<std::string_view> preferred_engines(std::string_view extension);
 // Finds an engine by the file's extension in lower case without the dot; null if there is none.
