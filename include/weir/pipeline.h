@@ -52,12 +52,13 @@ WEIR_EXPORT int weir_pipeline_parse_allowed(const char* text, const char* const*
  * GStreamer; a floating reference is taken, otherwise one is added. OPTION_VALUE for another object
  * or state, and for a pipeline that a weir_pipeline has adopted and that is not freed; no reference
  * is taken then.
- * Messages no longer come to the bus: warnings and errors come to weir_pipeline_read_message, all
- * others are dropped, and a sync handler of the program is replaced. Each appsrc gets format=time.
+ * Messages no longer come to the bus, and a sync handler of the program is replaced: warnings and
+ * errors come to weir_pipeline_read_message, and all messages to weir_pipeline_on_message. Weir
+ * itself handles those that change latency, clock and state. Each appsrc gets format=time.
  * Weir pulls the frames of each appsink, with emit-signals=true, and of each tensor_sink: when 64
- * frames wait for weir_pipeline_pull, a tensor_sink blocks. weir_pipeline_on_frame with a function
- * that does nothing discards them. An appsrc whose caps were not set starts again, after
- * weir_pipeline_stop, with the caps of its last frame until the next one. */
+ * frames wait for weir_pipeline_pull, a tensor_sink blocks, unless weir_pipeline_discard drops
+ * them. An appsrc whose caps were not set starts again, after weir_pipeline_stop, with the caps of
+ * its last frame until the next one. */
 struct _GstElement;
 WEIR_EXPORT int weir_pipeline_adopt(struct _GstElement* element, weir_pipeline** pipeline,
                                     weir_error** error);
@@ -133,11 +134,26 @@ WEIR_EXPORT int weir_pipeline_on_frame(weir_pipeline* pipeline, const char* name
                                        weir_frame_function function, void* data,
                                        weir_error** error);
 
+/* Drops the frames of the appsink or tensor_sink `name` without reading them, instead of queueing
+ * them, until the next weir_pipeline_on_frame. Only while stopped. */
+WEIR_EXPORT int weir_pipeline_discard(weir_pipeline* pipeline, const char* name,
+                                      weir_error** error);
+
 /* Called after each state change of the whole pipeline (weir_pipeline_state), on the thread that
  * changed it. It cannot change the state itself (CANCELLED). Only while stopped; NULL: no calls. */
 typedef void (*weir_state_function)(int state, void* data);
 WEIR_EXPORT int weir_pipeline_on_state(weir_pipeline* pipeline, weir_state_function function,
                                        void* data, weir_error** error);
+
+/* Called for each message of GStreamer that an element or the pipeline posts, after Weir has
+ * handled it, on the thread that posts it, which may hold locks: return soon, and change no state
+ * (CANCELLED). A program with a main loop passes messages on to a bus of its own: gst_bus_post(bus,
+ * gst_message_ref(message)). The message is valid for the call. Only while stopped; NULL: no calls.
+ * `data` must stay valid until it is replaced or the pipeline is freed. */
+struct _GstMessage;
+typedef void (*weir_message_function)(struct _GstMessage* message, void* data);
+WEIR_EXPORT int weir_pipeline_on_message(weir_pipeline* pipeline, weir_message_function function,
+                                         void* data, weir_error** error);
 
 /* Returns the number of tensors of a frame. */
 WEIR_EXPORT uint32_t weir_pulled_count(const weir_pulled* frame);

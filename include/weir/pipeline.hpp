@@ -157,8 +157,8 @@ class Pipeline {
   // Makes a Pipeline of a GstPipeline in the state NULL, which the program has built with
   // GStreamer; a floating reference is taken, otherwise one is added. OPTION_VALUE, without taking
   // a reference, for another object or state, and for a pipeline that another Pipeline has adopted.
-  // Messages no longer come to its bus: warnings and errors come to read_message(), all others are
-  // dropped. weir_pipeline_adopt says what changes in appsrc, appsink and tensor_sink.
+  // Messages no longer come to its bus: warnings and errors come to read_message(), all of them to
+  // on_message(). weir_pipeline_adopt says what changes in appsrc, appsink and tensor_sink.
   static Result<Pipeline> adopt(_GstElement* element) {
     weir_pipeline* pipeline = nullptr;
     CError error;
@@ -269,6 +269,28 @@ class Pipeline {
     return status;
   }
 
+  // Drops the frames of the sink `name` without reading them, instead of queueing them, until the
+  // next on_frame(). Only while stopped.
+  Status discard(const std::string& name) {
+    CError error;
+    return error.status(weir_pipeline_discard(handle(), name.c_str(), error.place()));
+  }
+
+  // Calls `function` for each message of GStreamer, on the thread that posts it; an empty function
+  // ends that. Only while stopped. weir_pipeline_on_message says what the function may do; it must
+  // not throw.
+  Status on_message(std::function<void(_GstMessage*)> function) {
+    auto kept = std::make_unique<MessageFunction>(std::move(function));
+    const auto pass = [](_GstMessage* message, void* data) {
+      (*static_cast<const MessageFunction*>(data))(message);
+    };
+    CError error;
+    const auto status = error.status(
+        weir_pipeline_on_message(handle(), *kept ? +pass : nullptr, kept.get(), error.place()));
+    if (status) state_->on_message = std::move(kept);
+    return status;
+  }
+
   // Returns the elements of the text in its order: name and kind, such as "out" and "tensor_sink".
   Result<std::vector<std::pair<std::string, std::string>>> elements() const {
     std::vector<std::pair<std::string, std::string>> out;
@@ -321,6 +343,7 @@ class Pipeline {
  private:
   using Function = std::function<void(const Frame&)>;
   using Kept = std::shared_ptr<const Function>;  // a running call may destroy the pipeline
+  using MessageFunction = std::function<void(_GstMessage*)>;
 
   explicit Pipeline(weir_pipeline* pipeline) { state_->pipeline.reset(pipeline); }
   weir_pipeline* handle() const noexcept { return state_->pipeline.get(); }
@@ -389,6 +412,7 @@ class Pipeline {
   };
   struct State {
     std::map<std::string, std::unique_ptr<Kept>> functions;
+    std::unique_ptr<MessageFunction> on_message;
     std::unique_ptr<weir_pipeline, Free> pipeline;  // destroyed first: it calls the functions
   };
   std::unique_ptr<State> state_ = std::make_unique<State>();

@@ -135,6 +135,14 @@ int weir_pipeline_on_state(weir_pipeline* pipeline, weir_state_function function
   });
 }
 
+int weir_pipeline_on_message(weir_pipeline* pipeline, weir_message_function function, void* data,
+                             weir_error** error) {
+  return with(pipeline, error, [&](Pipeline& p) {
+    if (!function) return p.on_message(nullptr);
+    return p.on_message([function, data](GstMessage* message) { function(message, data); });
+  });
+}
+
 int weir_pipeline_wait(weir_pipeline* pipeline, int64_t timeout_ns, weir_error** error) {
   return guarded(error, [&] {
     if (!pipeline) return keep(error, null_pointer("pipeline"));
@@ -213,6 +221,11 @@ int weir_pipeline_on_frame(weir_pipeline* pipeline, const char* name, weir_frame
     });
   };
   return with(pipeline, error, set, name);
+}
+
+int weir_pipeline_discard(weir_pipeline* pipeline, const char* name, weir_error** error) {
+  return with(
+      pipeline, error, [name](Pipeline& p) { return p.discard(name); }, name);
 }
 
 uint32_t weir_pulled_count(const weir_pulled* frame) {

@@ -69,7 +69,7 @@ GstPadProbeReturn FrameSink::on_pad(GstPad* pad, GstPadProbeInfo* info, gpointer
     self->queue_.flush();
   else if (GST_PAD_PROBE_INFO_TYPE(info) & GST_PAD_PROBE_TYPE_EVENT_DOWNSTREAM)
     self->took_event(GST_PAD_PROBE_INFO_EVENT(info));
-  else if (!self->function_)
+  else if (!self->function_ && !self->is_discarding_)
     self->queue_.wait_for_room([pad] { return GST_PAD_IS_FLUSHING(pad); });
   return GST_PAD_PROBE_OK;
 }
@@ -87,7 +87,7 @@ void FrameSink::on_end(GstElement*, FrameSink* self) {
 }
 
 void FrameSink::arrived(Arrived frame) {
-  if (!frame.buffer) return;
+  if (!frame.buffer || is_discarding_) return;
   frame.labels = labels_;
   if (!function_) return queue_.put(std::move(frame));
   const infer::CallGate::Visit visit(callbacks_);

@@ -42,7 +42,12 @@ class FrameSink {
   // Opens the queue with the limits of the element's properties.
   void open();
   // Call while the element is stopped.
-  void set_function(Function function) { function_ = std::move(function); }
+  void set_function(Function function) {
+    function_ = std::move(function);
+    is_discarding_ = false;
+  }
+  // Drops frames unread until the next set_function(). Call while the element is stopped.
+  void discard() noexcept { is_discarding_ = true; }
 
  private:
   static void on_tensors(GstElement* element, GstBuffer* buffer, FrameSink* self);
@@ -59,6 +64,7 @@ class FrameSink {
   gulong probe_ = 0;
   Queue queue_;
   Function function_;  // empty: frames are queued
+  bool is_discarding_ = false;
   // Replaced, not changed: frames share it. Guarded by the pad's stream lock; open() runs while
   // the element is stopped.
   std::shared_ptr<const Labels> labels_;

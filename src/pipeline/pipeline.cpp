@@ -112,7 +112,7 @@ Pipeline::Pipeline(gst::Ref<GstElement> pipeline, bool is_adopted)
   const auto bus = gst::Ref<GstBus>::adopt(gst_element_get_bus(pipeline_.get()));
   link_->pipeline = this;
   gst_bus_set_sync_handler(
-      bus.get(), on_message, new std::shared_ptr<BusLink>(link_),
+      bus.get(), on_posted, new std::shared_ptr<BusLink>(link_),
       [](gpointer link) { delete static_cast<std::shared_ptr<BusLink>*>(link); });
 }
 
@@ -144,9 +144,15 @@ bool Pipeline::is_own_thread() const {
 }
 
 // Called on any thread that posts. Messages are not queued on the bus.
-GstBusSyncReply Pipeline::on_message(GstBus*, GstMessage* message, gpointer data) {
+GstBusSyncReply Pipeline::on_posted(GstBus*, GstMessage* message, gpointer data) {
   const auto link = *static_cast<std::shared_ptr<BusLink>*>(data);
-  if (const infer::CallGate::Visit visit(link->gate); visit) link->pipeline->handle(message);
+  if (const infer::CallGate::Visit visit(link->gate); visit) {
+    Pipeline& pipeline = *link->pipeline;
+    pipeline.handle(message);
+    if (pipeline.on_message_)
+      if (const infer::CallGate::Visit call(pipeline.callbacks_); call)
+        pipeline.on_message_(message);
+  }
   gst_message_unref(message);
   return GST_BUS_DROP;
 }
@@ -398,30 +404,44 @@ Error chosen_while_stopped(const std::string& what, const std::string& offered, 
 
 }  // namespace
 
-Status Pipeline::on_frame(const std::string& name, FrameSink::Function function) {
-  const auto to = sink(name);
-  if (!to) return to.error();
-  const auto chosen = [&] {
-    return chosen_while_stopped("the function for frames", name,
-                                "pipeline.on_frame(...) before pipeline.start()");
-  };
-  if (callbacks_.is_inside()) return chosen();
+// Calls `choose` under the lock of state changes, or returns the error if the pipeline runs.
+Status Pipeline::choose_while_stopped(const Error& refusal, const std::function<void()>& choose) {
+  if (callbacks_.is_inside()) return refusal;
   std::lock_guard changes(changes_);
-  if (!stopped_) return chosen();
-  (*to)->set_function(std::move(function));
+  if (!stopped_) return refusal;
+  choose();
   return ok();
 }
 
+Status Pipeline::on_frame(const std::string& name, FrameSink::Function function) {
+  const auto to = sink(name);
+  if (!to) return to.error();
+  return choose_while_stopped(
+      chosen_while_stopped("the function for frames", name,
+                           "pipeline.on_frame(...) before pipeline.start()"),
+      [&] { (*to)->set_function(std::move(function)); });
+}
+
+Status Pipeline::discard(const std::string& name) {
+  const auto to = sink(name);
+  if (!to) return to.error();
+  return choose_while_stopped(chosen_while_stopped("what happens to frames", name,
+                                                   "pipeline.discard(...) before pipeline.start()"),
+                              [&] { (*to)->discard(); });
+}
+
 Status Pipeline::on_state(std::function<void(GstState)> function) {
-  const auto chosen = [] {
-    return chosen_while_stopped("the function for states", "a pipeline that has started",
-                                "weir_pipeline_stop(pipeline, NULL)");
-  };
-  if (callbacks_.is_inside()) return chosen();
-  std::lock_guard changes(changes_);
-  if (!stopped_) return chosen();
-  on_state_ = std::move(function);
-  return ok();
+  return choose_while_stopped(
+      chosen_while_stopped("the function for states", "a pipeline that has started",
+                           "weir_pipeline_stop(pipeline, NULL)"),
+      [&] { on_state_ = std::move(function); });
+}
+
+Status Pipeline::on_message(std::function<void(GstMessage*)> function) {
+  return choose_while_stopped(
+      chosen_while_stopped("the function for messages", "a pipeline that has started",
+                           "weir_pipeline_stop(pipeline, NULL)"),
+      [&] { on_message_ = std::move(function); });
 }
 
 }  // namespace weir::pipeline

@@ -71,8 +71,10 @@ class Pipeline {
   Result<Pulled> pull(const std::string& name, std::chrono::nanoseconds limit);
   Result<bool> ended(const std::string& name) const;
   Status on_frame(const std::string& name, FrameSink::Function function);
+  Status discard(const std::string& name);
   // Call while stopped.
   Status on_state(std::function<void(GstState)> function);
+  Status on_message(std::function<void(GstMessage*)> function);
 
   Result<gst::Ref<GstElement>> element(const std::string& name) const;
   GstBin* bin() const noexcept { return GST_BIN(pipeline_.get()); }
@@ -84,8 +86,9 @@ class Pipeline {
     infer::CallGate gate;
     Pipeline* pipeline;
   };
-  static GstBusSyncReply on_message(GstBus* bus, GstMessage* message, gpointer link);
+  static GstBusSyncReply on_posted(GstBus* bus, GstMessage* message, gpointer link);
   void handle(GstMessage* message);
+  Status choose_while_stopped(const Error& refusal, const std::function<void()>& choose);
   void keep(bool is_error, BusError posted);
   void call_later(void (*function)(Pipeline&));
   void select_clock();
@@ -108,9 +111,10 @@ class Pipeline {
   // Filled by the constructor; the maps do not change afterwards.
   std::map<std::string, std::unique_ptr<FrameSink>, std::less<>> sinks_;
   std::map<std::string, std::unique_ptr<FrameSource>, std::less<>> sources_;
-  std::mutex changes_;                      // held during state changes; taken before mutex_
-  std::atomic<bool> stopped_ = true;        // written under changes_
-  std::function<void(GstState)> on_state_;  // set while stopped
+  std::mutex changes_;                           // held during state changes; taken before mutex_
+  std::atomic<bool> stopped_ = true;             // written under changes_
+  std::function<void(GstState)> on_state_;       // set while stopped
+  std::function<void(GstMessage*)> on_message_;  // set while stopped
   // Last reported to on_state_; READY: stopped.
   std::atomic<GstState> reported_state_ = GST_STATE_READY;
   mutable std::mutex mutex_;  // guards the rest

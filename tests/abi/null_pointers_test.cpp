@@ -152,6 +152,9 @@ TEST(NullPointers, OfLibweirPipelineAreErrors) {
   EXPECT_NULL_REFUSED(weir_pipeline_on_frame, p, "out", may_be_null(+on_frame), kData, kError);
   EXPECT_NULL_REFUSED(weir_pipeline_on_state, p, may_be_null<weir_state_function>(nullptr), kData,
                       kError);
+  EXPECT_NULL_REFUSED(weir_pipeline_discard, p, "out", kError);
+  EXPECT_NULL_REFUSED(weir_pipeline_on_message, p, may_be_null<weir_message_function>(nullptr),
+                      kData, kError);
   EXPECT_NULL_REFUSED(weir_pipeline_set_valve, p, "v", 1, kError);
   EXPECT_NULL_REFUSED(weir_pipeline_select, p, "v", "sink_0", kError);
   EXPECT_NULL_REFUSED(weir_pipeline_set, p, "v", "drop", "true", kError);

@@ -119,7 +119,8 @@ void HostilePeer::act(FuzzInput* input) {
     case 12:
       return come_and_go(input->below(16));
     default:
-      for (uint32_t kind = input->byte(), i = input->byte(); i > 0; --i) say(connection, kind);
+      for (uint32_t kind = input->byte(), i = input->byte(); i > 0 && Clock::now() < end_; --i)
+        say(connection, kind);
   }
 }
 

@@ -322,6 +322,69 @@ TEST(Pipeline, KeepsTheElementsOfAnAdoptedPipeline) {
   gst_object_unref(source);
 }
 
+// Sparse frames cannot be pulled, and a tensor_sink queues 64.
+TEST(Pipeline, DiscardsFramesUnread) {
+  for (const char* sink : {"tensor_sink", "appsink sync=false"}) {
+    auto p = Pipeline::parse(
+        std::string("videotestsrc num-buffers=100 ! video/x-raw,format=GRAY8,width=8,height=8 ! "
+                    "tensor_converter ! tensor_sparse_enc ! ") +
+        sink + " name=out");
+    ASSERT_TRUE(p) << p.error().message();
+    ASSERT_TRUE(p->discard("out"));
+    ASSERT_TRUE(p->start());
+    const auto ended = p->wait(kLong);
+    ASSERT_TRUE(ended) << ended.error().message();
+    EXPECT_TRUE(*ended) << sink;
+    EXPECT_REFUSED(p->discard("out"), OPTION_VALUE,
+                   "fix: pipeline.discard(...) before pipeline.start()");
+    ASSERT_TRUE(p->stop());
+    EXPECT_REFUSED(p->discard("none"), OPTION_VALUE, "none");
+  }
+}
+
+TEST(Pipeline, PassesEveryMessageOn) {
+  ASSERT_TRUE(gst_init_check(nullptr, nullptr, nullptr));
+  GstElement* made = gst_parse_launch("fakesrc num-buffers=2 ! fakesink name=out", nullptr);
+  ASSERT_TRUE(made);
+  auto p = Pipeline::adopt(made);
+  ASSERT_TRUE(p) << p.error().message();
+  GstBus* bus = gst_bus_new();
+  ASSERT_TRUE(
+      p->on_message([bus](GstMessage* message) { gst_bus_post(bus, gst_message_ref(message)); }));
+  ASSERT_TRUE(p->start());
+  EXPECT_REFUSED(p->on_message({}), OPTION_VALUE, "fix: weir_pipeline_stop(pipeline, NULL)");
+  GstMessage* end = gst_bus_timed_pop_filtered(bus, GST_CLOCK_TIME_NONE, GST_MESSAGE_EOS);
+  ASSERT_TRUE(end);
+  gst_message_unref(end);
+  ASSERT_TRUE(p->stop());
+  ASSERT_TRUE(p->on_message({}));
+  gst_bus_set_flushing(bus, TRUE);
+  gst_bus_set_flushing(bus, FALSE);
+  ASSERT_TRUE(p->start());
+  ASSERT_TRUE(p->wait(kLong));
+  EXPECT_FALSE(gst_bus_have_pending(bus));
+  gst_object_unref(bus);
+}
+
+TEST(Pipeline, PassesMessagesOfTheProgramOn) {
+  ASSERT_TRUE(gst_init_check(nullptr, nullptr, nullptr));
+  GstElement* made = gst_parse_launch("fakesrc num-buffers=2 ! fakesink", nullptr);
+  ASSERT_TRUE(made);
+  auto p = Pipeline::adopt(made);
+  ASSERT_TRUE(p) << p.error().message();
+  std::string name;
+  weir::Status inside = weir::ok();
+  ASSERT_TRUE(p->on_message([&](GstMessage* message) {
+    if (GST_MESSAGE_TYPE(message) != GST_MESSAGE_APPLICATION) return;
+    name = gst_structure_get_name(gst_message_get_structure(message));
+    inside = p->stop();
+  }));
+  gst_element_post_message(
+      made, gst_message_new_application(GST_OBJECT(made), gst_structure_new_empty("mine")));
+  EXPECT_EQ(name, "mine");
+  EXPECT_REFUSED(inside, CANCELLED, "a callback cannot change the state of its own pipeline");
+}
+
 TEST(Pipeline, FollowsTheStateAndTheClockThatElementsAskFor) {
   ASSERT_TRUE(gst_init_check(nullptr, nullptr, nullptr));
   GstElement* made = gst_parse_launch("fakesrc is-live=true ! fakesink", nullptr);

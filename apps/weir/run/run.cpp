@@ -325,7 +325,9 @@ void print_outcome(const RunOptions& options, const PipelineRun& run, RunEnd end
 // `service` may be null.
 int run_prepared(const RunOptions& options, Prepared prepared, ServiceNotifier* service) {
   const SharedClock* clock = prepared.clock.get();
-  PipelineRun pipeline(std::move(prepared.pipeline));
+  const auto run = PipelineRun::make(std::move(prepared.pipeline));
+  if (!run) return report(run.error(), options.json);
+  PipelineRun& pipeline = **run;
   if (clock) clock->apply_to(pipeline.pipeline());
   const RunEnd end = play(options, service, &pipeline);
   Json facts = outcome(pipeline, end);
