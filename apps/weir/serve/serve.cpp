@@ -83,18 +83,33 @@ void add_metric(const std::string& name, const Json& value, std::string labels,
   out.samples.push_back(metric + "{" + labels + "} " + number.dump());
 }
 
+// A figure of the address, which each source reports.
+constexpr std::string_view kCallsRefused = "calls-refused";
+
+// The calls that the server refused before it read for which model they are.
+Metric make_refused_metric(const Json& ledgers) {
+  uint64_t refused = 0;  // a source that was started again has the figure since then
+  for (const Json& ledger : ledgers)
+    refused = std::max(refused, ledger["stats"].value(kCallsRefused, uint64_t{0}));
+  return {
+      .type = "counter",
+      .help = "Calls refused for all models: tokens, certificates, limits of connections",
+      .samples = {metric_name(std::string(kCallsRefused)) + "_total " + std::to_string(refused)}};
+}
+
 // `ledgers`: as of ledgers(); elements are named MODEL-source, MODEL-filter and MODEL-sink. Each
 // number of their stats is a metric with the labels model and element:
 // weir_received_total{model="resnet", element="tensor_filter"} 3. Durations are in seconds.
 std::string metrics_page(const Json& ledgers) {
   std::map<std::string, Metric> metrics;
+  metrics[metric_name(std::string(kCallsRefused)) + "_total"] = make_refused_metric(ledgers);
   for (const Json& ledger : ledgers) {
     const std::string name = ledger["name"], element = ledger["element"];
     const std::string model = name.substr(0, name.rfind('-'));
     const std::string labels =
         "model=\"" + escaped_label(model) + "\",element=\"" + escaped_label(element) + "\"";
     for (const auto& [key, value] : ledger["stats"].items())
-      if ((value.is_number() || value.is_boolean()) && key != "dropped")
+      if ((value.is_number() || value.is_boolean()) && key != "dropped" && key != kCallsRefused)
         add_metric(key, value, labels, &metrics);
   }
   std::string out =

@@ -9,6 +9,7 @@
 #include <csignal>
 #include <cstdio>
 #include <mutex>
+#include <string_view>
 #include <thread>
 
 #include "commands.hpp"
@@ -35,11 +36,31 @@ std::string text_property(GstElement* element, const char* name) {
   return text ? text : "";
 }
 
-// Opens the model before the source starts, and sets the caps of the requests: a filter accepts any
-// length of an open dimension, which is 1 in what it reports. Errors are those of the pipeline.
+// Lets a model that cannot run in batches run each request alone, from its next start, and warns.
+// False: `error` is another one.
+bool leave_batches(const ServedPipeline& served, Diagnostic error) {
+  constexpr std::string_view kProperty = "batch-size=";
+  if (!error.has_code || error.error.code != Code::BATCH_UNSUPPORTED) return false;
+  g_object_set(find_element(served, "-filter").get(), "batch-size", 1u, nullptr);
+  std::string& fix = error.error.fix;
+  const bool has_other = fix.starts_with(kProperty);
+  fix = has_other ? "weir serve --batch " + fix.substr(kProperty.size())
+                  : "weir serve without --batch, or a model with an open first axis";
+  error.error.what += "; " + served.model.name + " is served without batches";
+  print_warning(error);
+  return true;
+}
+
+// Opens the model. False: it cannot be opened.
+bool open_model(const ServedPipeline& served) {
+  const auto filter = find_element(served, "-filter");
+  return gst_element_set_state(filter.get(), GST_STATE_PAUSED) != GST_STATE_CHANGE_FAILURE;
+}
+
+// Sets the caps of the requests, with the model open: a filter accepts any length of an open
+// dimension, which is 1 in what it reports.
 void set_request_caps(const ServedPipeline& served) {
   const auto filter = find_element(served, "-filter");
-  if (gst_element_set_state(filter.get(), GST_STATE_PAUSED) == GST_STATE_CHANGE_FAILURE) return;
   const std::string shapes = text_property(filter.get(), "input");
   const std::string types = text_property(filter.get(), "inputtype");
   if (shapes.empty() || types.empty()) return;
@@ -70,6 +91,17 @@ std::vector<Diagnostic> get_errors(const ServedPipeline& served) {
   return out;
 }
 
+// Opens the model before the source starts. Its errors; empty = open.
+std::vector<Diagnostic> prepare(const ServedPipeline& served) {
+  if (!open_model(served)) {
+    auto errors = get_errors(served);
+    if (!leave_batches(served, errors.front())) return errors;
+    if (!open_model(served)) return get_errors(served);
+  }
+  set_request_caps(served);
+  return {};
+}
+
 }  // namespace
 
 ServeRun::ServeRun(std::vector<ServedPipeline> pipelines) : loop_(g_main_loop_new(nullptr, FALSE)) {
@@ -90,7 +122,7 @@ std::vector<Diagnostic> ServeRun::start() {
   for (const auto& served : served_) {
     GstElement* pipeline = served->what.pipeline.get();
     const auto bus = gst::Ref<GstBus>::adopt(gst_element_get_bus(pipeline));
-    set_request_caps(served->what);
+    if (auto errors = prepare(served->what); !errors.empty()) return errors;
     // All share the free port that the first one chose.
     if (port_ != 0) set_port(served->what, port_);
     if (gst_element_set_state(pipeline, GST_STATE_PLAYING) != GST_STATE_CHANGE_FAILURE) {
@@ -156,7 +188,8 @@ void ServeRun::on_message(Served* served, GstMessage* message) {
   if (served->is_stopping || served->restart != 0) return;
   switch (GST_MESSAGE_TYPE(message)) {
     case GST_MESSAGE_ERROR:
-      print_errors({parse_diagnostic(message)});
+      if (const auto error = parse_diagnostic(message); !leave_batches(served->what, error))
+        print_errors({error});
       restart(served);
       break;
     case GST_MESSAGE_WARNING:

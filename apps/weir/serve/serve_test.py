@@ -76,7 +76,8 @@ class Options(Case):
                 (("--tls-cert", "a"), "WEIR-1004: a certificate and its key belong together", "--tls-cert without --tls-key"),
                 (("--tls-key", "a"), "WEIR-1004: a certificate and its key belong together", "--tls-key without --tls-cert"),
                 (("--tls-ca", "a"), "WEIR-1004: client certificates need a connection with TLS", "--tls-ca without --tls-cert"),
-                (("--token-file", "a"), "WEIR-6003: clients would send their tokens without TLS", "--token-file without --tls-cert")):
+                (("--token-file", "a"), "WEIR-6003: clients would send their tokens without TLS", "--token-file without --tls-cert"),
+                (("--batch", "8", "--workers", "2"), "WEIR-1004: batches run one at a time", "--batch 8 with --workers 2")):
             self.refused(weir("serve", MODEL, *options), 1, what, f"offered: {offered}")
 
     def test_wrong_arguments_are_usage_errors(self):

@@ -147,6 +147,13 @@ Status check_options(const ServeOptions& options, const ListenAddress& address) 
                  .offered = "--listen " + options.listen,
                  .needed = "TLS, or --insecure on a network that you trust",
                  .fix = tls + ", or --listen " + kSample};
+  if (options.batch > 1 && options.workers > 1)
+    return Error{.code = Code::OPTION_VALUE,
+                 .what = "batches run one at a time",
+                 .offered = "--batch " + std::to_string(options.batch) + " with --workers " +
+                            std::to_string(options.workers),
+                 .needed = "one of the two",
+                 .fix = "--batch " + std::to_string(options.batch)};
   return ok();
 }
 

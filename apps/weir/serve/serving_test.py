@@ -133,6 +133,20 @@ class Serving(Case):
         self.assertLess(int(batches[1]), len(frames))
         self.assertEqual(self.end(process)[0], 0)
 
+    def test_a_model_that_cannot_run_in_batches_is_served_without_them(self):
+        path = self.folder / "open.onnx"
+        path.write_bytes(onnx_writer.model([("Mul", ["x", "two"], "y")], {"two": np.full((1,), 2, np.float32)}, [("x", ("n", 4))],
+                                           [("y", ("n", 4))]))
+        process, _, _ = self.serve(f"digits={MODEL}", f"open={path}", "--batch", 8, "--metrics=127.0.0.1:0")
+        self.assertIn("input float32 4:1", process.stdout.readline())
+        page = process.stdout.readline().split()[1]
+        with urllib.request.urlopen(page, timeout=60) as response:
+            self.assertEqual(re.findall(r'weir_batches_total\{model="(\w+)"', response.read().decode()), ["open"])
+        status, _, errors = self.end(process)
+        self.assertEqual(status, 0, errors)
+        self.assertIn("warning from digits-filter: WEIR-3013: the model cannot run 8 frames at once; digits is served without batches\n", errors)
+        self.assertIn("fix: weir serve without --batch, or a model with an open first axis\n", errors)
+
     def script(self, name, body, start="pass"):
         """A model in Python that begins with `start`, and answers each number with its double, after `body` has seen the numbers."""
         path = self.folder / name
@@ -366,16 +380,19 @@ class CustomFilter:
             self.assertIn("Ledger\n", out)
 
     def test_figures_are_served_to_this_machine(self):
-        process, _, _ = self.serve(f"digits={MODEL}", "--metrics=127.0.0.1:0")
+        process, _, _ = self.serve(f"digits={MODEL}", f"other={MODEL}", "--metrics=127.0.0.1:0")
+        process.stdout.readline()  # other
         address = re.fullmatch(r"metrics +(http://127\.0\.0\.1:\d+)/metrics\n", process.stdout.readline())[1]
         with urllib.request.urlopen(f"{address}/metrics", timeout=60) as response:
             self.assertEqual(response.headers["Content-Type"], "text/plain; version=0.0.4; charset=utf-8")
             page = response.read().decode()
         self.assertIn('# TYPE weir_requests_received_total counter\n'
                       'weir_requests_received_total{model="digits",element="tensor_query_serversrc"} 0\n', page)
+        # Of the address: a sum over models would count each call several times.
+        self.assertEqual(re.findall("^weir_calls_refused_total.*", page, re.MULTILINE), ["weir_calls_refused_total 0"])
         self.assertIn('weir_dropped_total{model="digits",element="tensor_filter",reason="error"} 0\n', page)
         for line in page.splitlines():
-            self.assertRegex(line, r'^(# (HELP|TYPE) weir_\w+ .+|weir_\w+\{(\w+="[^"]*",?)+\} -?[\d.e+-]+)$')
+            self.assertRegex(line, r'^(# (HELP|TYPE) weir_\w+ .+|weir_\w+(\{(\w+="[^"]*",?)+\})? -?[\d.e+-]+)$')
         families = re.findall(r"^# TYPE (\S+)", page, re.MULTILINE)
         self.assertEqual(len(families), len(set(families)))
         with self.subTest("promtool"):
