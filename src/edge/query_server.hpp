@@ -47,6 +47,10 @@ class QueryServer {
   // `model`, which may be null, describes the tensors of a flexible stream.
   virtual Status set_output(GstCaps* caps, const std::vector<std::string>& names,
                             const DescribedModel* model) = 0;
+  // What the responses will be, before their caps, which come with the first request: fixed caps,
+  // or null if that request decides. Called on the source's streaming thread after set_input();
+  // has no effect after set_output().
+  virtual Status expect_output(GstCaps* caps, const std::vector<std::string>& names) = 0;
   // Waits for a request whose client still waits. Null after interrupt(), until resume().
   virtual std::shared_ptr<QueryRequest> take() = 0;
   virtual void interrupt() = 0;

@@ -17,7 +17,7 @@ Registry& registry() {
   return all;
 }
 
-constexpr char kServerEvent[] = "WeirQueryServer";
+constexpr char kServerEvent[] = "WeirQueryServer", kOutputQuery[] = "WeirQueryServerOutput";
 
 }  // namespace
 
@@ -52,6 +52,16 @@ GstEvent* make_server_event() {
 bool is_server_event(GstEvent* event) {
   return GST_EVENT_TYPE(event) == GST_EVENT_CUSTOM_DOWNSTREAM &&
          gst_event_has_name(event, kServerEvent);
+}
+
+gst::Ref<GstQuery> make_output_query() {
+  return gst::Ref<GstQuery>::adopt(
+      gst_query_new_custom(GST_QUERY_CUSTOM, gst_structure_new_empty(kOutputQuery)));
+}
+
+bool is_output_query(GstQuery* query) {
+  return GST_QUERY_TYPE(query) == GST_QUERY_CUSTOM &&
+         gst_structure_has_name(gst_query_get_structure(query), kOutputQuery);
 }
 
 }  // namespace weir

@@ -19,5 +19,9 @@ std::shared_ptr<QueryServer> find_server(uint32_t id);
 // looks for its server.
 GstEvent* make_server_event();
 bool is_server_event(GstEvent* event);
+// A tensor_query_serversrc sends it downstream after its caps, so that tensor_query_serversink
+// tells its server what is known of the responses before the first request.
+gst::Ref<GstQuery> make_output_query();
+bool is_output_query(GstQuery* query);
 
 }  // namespace weir

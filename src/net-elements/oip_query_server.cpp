@@ -161,6 +161,18 @@ class OipQueryServer : public QueryServer {
     model_->set_outputs(outputs_);
     return ok();
   }
+  Status expect_output(GstCaps* caps, const std::vector<std::string>& names) override {
+    std::vector<net::TensorText> outputs;
+    if (caps && has_tensors(caps)) {
+      const auto spec = gst::spec_from_caps(caps);
+      if (!spec) return spec.error();
+      outputs = describe_tensors(spec->tensors, "output", names);
+    } else if (caps) {
+      outputs = describe_bytes("output");
+    }
+    model_->expect_outputs(std::move(outputs));
+    return ok();
+  }
   std::shared_ptr<QueryRequest> take() override {
     auto request = model_->take();
     return request ? std::make_shared<OipRequest>(std::move(request)) : nullptr;

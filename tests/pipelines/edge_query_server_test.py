@@ -86,6 +86,15 @@ class Responses(Served):
             self.assertEqual(responses, [[b"\2\3\4\5"], [b"\6\7\x08\x09"]])
         self.assertEqual(self.ended(server), dict(received=6, answered=6, refused=0, expired=0, aborted=0))
 
+    def test_a_client_is_greeted_although_the_caps_of_the_answers_come_with_its_request(self):
+        picture = subprocess.run(["gst-launch-1.0", "-q", "videotestsrc", "num-buffers=1", "pattern=white", "!", "video/x-raw,width=16,height=8", "!", "jpegenc", "!",
+                                  "fdsink"], capture_output=True, timeout=SECONDS, check=True).stdout
+        pipeline = self.serve("tensor_query_serversrc port=0 caps=image/jpeg ! jpegdec ! videoconvert ! videoscale ! tensor_converter ! "
+                              "other/tensors,format=static,num_tensors=1,dimensions=(string)1:4:2:1,types=(string)uint8 ! tensor_query_serversink")
+        greeting, responses = self.client(pipeline, [picture])
+        self.assertIn("4:2:1", greeting["capability"])
+        self.assertEqual([[len(memory) for memory in response] for response in responses], [[8]])
+
     def test_the_oldest_form_is_served_when_asked(self):
         server = self.serve(f"tensor_query_serversrc port=0 wire-version=0.2.2 ! {FOUR} ! tensor_query_serversink")
         self.assertEqual(self.client(server, [b"abcd"], form=160)[1], [[b"abcd"]])

@@ -184,6 +184,27 @@ class Responses(Served):
         self.assertIn("the element of bytes is empty\n  needed: one byte or more", text)
         self.assertEqual(self.ended_after(pipeline), {"received": 7, "answered": 6, "refused": 1, "expired": 0, "aborted": 0})
 
+    def test_a_pipeline_whose_caps_come_with_the_first_request_is_ready_and_described(self):
+        picture = subprocess.run(["gst-launch-1.0", "-q", "videotestsrc", "num-buffers=1", "!", "video/x-raw,width=16,height=8", "!", "jpegenc", "!", "fdsink"],
+                                 capture_output=True, timeout=60, check=True).stdout
+        scaled = "videoscale ! tensor_converter ! other/tensors,format=static,num_tensors=1,dimensions=(string)3:4:2:1,types=(string)uint8"
+        for name, between, described, size in (
+                ("known", f"{scaled} ! tensor_transform mode=typecast option=float32", [("output", "FP32", [1, 2, 4, 3])], 96),
+                ("open", "tensor_converter", [], 3 * 16 * 8)):
+            pipeline = self.serve(f"{source(f'model-name={name}', 'caps=image/jpeg')} ! jpegdec ! videoconvert ! video/x-raw,format=RGB ! {between} ! "
+                                  "tensor_query_serversink")
+            client = self.client(pipeline, name)
+            metadata = client.call("ModelMetadata", pb.ModelMetadataRequest(name=name))
+            found = [(t.name, t.datatype, list(t.shape)) for t in metadata.outputs]
+            self.assertEqual(found, described, name)
+            asked = pb.ModelInferRequest(model_name=name)
+            asked.inputs.add(name="input", datatype="BYTES", shape=[1]).contents.bytes_contents.append(picture)
+            response = client.infer(asked)
+            self.assertEqual(len(response.raw_output_contents[0]), size, name)
+            after = client.call("ModelMetadata", pb.ModelMetadataRequest(name=name))
+            self.assertEqual([(t.name, t.datatype, list(t.shape)) for t in after.outputs],
+                             [(t.name, t.datatype, list(t.shape)) for t in response.outputs], name)
+
     def test_bytes_are_one_flexible_tensor(self):
         caps = "caps=other/tensors,format=flexible,framerate=0/1"
         line = "tensor_transform mode=typecast option=float32 ! tensor_transform mode=arithmetic option=mul:2"

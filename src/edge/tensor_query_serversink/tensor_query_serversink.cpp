@@ -6,6 +6,7 @@
 #include "edge/request_meta.hpp"
 #include "edge/request_watch.hpp"
 #include "edge/serversrc_settings.hpp"
+#include "gstcpp/buffer/tensor_caps.hpp"
 #include "gstcpp/element/base_classes.hpp"
 #include "gstcpp/element/model_event.hpp"
 
@@ -13,6 +14,23 @@ namespace weir {
 namespace {
 
 using gst::Ref;
+
+// The first of `offered` that says what the stream is: caps of tensors may lack the framerate, and
+// others nothing. Null if there is none.
+Ref<GstCaps> first_known_caps(const GstCaps* offered) {
+  if (gst_caps_is_any(offered)) return {};
+  for (guint i = 0; i < gst_caps_get_size(offered); ++i) {
+    auto caps = Ref<GstCaps>::adopt(gst_caps_copy_nth(offered, i));
+    if (gst_structure_has_name(gst_caps_get_structure(caps.get(), 0), "other/tensors") ||
+        gst_structure_has_name(gst_caps_get_structure(caps.get(), 0), "other/tensor")) {
+      caps = Ref<GstCaps>::adopt(gst_caps_fixate(caps.release()));
+      if (gst::fixed_spec_from_caps(caps.get())) return caps;
+    } else if (gst_caps_is_fixed(caps.get())) {
+      return caps;
+    }
+  }
+  return {};
+}
 
 struct SinkSettings {
   QueryConnectType connect_type = QueryConnectType::Tcp;
@@ -88,6 +106,12 @@ class TensorQueryServersink : public gst::Element<TensorQueryServersink, gst::Ba
     return handled && (!has_server || follow_server());
   }
 
+  gboolean query(GstQuery* query) {
+    if (!is_output_query(query)) return parent_class()->query(self(), query);
+    expect_output();
+    return TRUE;
+  }
+
   GstFlowReturn render(GstBuffer* buffer) {
     ledger_.received();
     const auto request = get_request(buffer);
@@ -117,6 +141,17 @@ class TensorQueryServersink : public gst::Element<TensorQueryServersink, gst::Ba
     if (!server_)  // a stream without caps: set_caps() was not called
       if (auto status = set_current_caps(); !status) return status.error();
     return server_->respond(request, buffer, copied);
+  }
+  // On the source's streaming thread. The caps may come later than this, or with a request.
+  void expect_output() {
+    const auto server = find_server(settings().id);
+    GstPad* const pad = GST_BASE_SINK_PAD(self());
+    if (!server || gst_pad_has_current_caps(pad)) return;
+    const auto offered = Ref<GstCaps>::adopt(gst_pad_peer_query_caps(pad, nullptr));
+    const auto expected = first_known_caps(offered.get());
+    const auto names = parse_name_list(property_upstream(pad, "outputname"));
+    if (auto status = server->expect_output(expected.get(), names); !status)
+      GST_CAT_WARNING_OBJECT(category(), self(), "%s", status.error().message().c_str());
   }
   bool follow_server() {
     const auto server = find_server(settings().id);

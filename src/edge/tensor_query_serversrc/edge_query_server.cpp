@@ -127,6 +127,11 @@ class EdgeQueryServer : public QueryServer {
     const gst::UniqueText text{gst_caps_to_string(caps)};
     return listener_->set_response_caps(text.get());
   }
+  Status expect_output(GstCaps* caps, const std::vector<std::string>&) override {
+    if (!caps) return ok();
+    const gst::UniqueText text{gst_caps_to_string(caps)};
+    return listener_->expect_response_caps(text.get());
+  }
   std::shared_ptr<QueryRequest> take() override { return listener_->take(); }
   void interrupt() override { listener_->interrupt(); }
   void resume() override { listener_->resume(); }

@@ -212,6 +212,14 @@ class TensorQueryServersrc : public gst::Element<TensorQueryServersrc, gst::Push
     return status && gst::errors_posted_by_this_thread() == errors;
   }
 
+  // Elements that need the first request for their caps report what they know by these.
+  GstCaps* get_caps(GstCaps* filter) {
+    auto caps = Ref<GstCaps>::adopt(gst_pad_get_current_caps(pad()));
+    if (!caps) caps = Ref<GstCaps>::adopt(gst_pad_get_pad_template_caps(pad()));
+    return filter ? gst_caps_intersect_full(filter, caps.get(), GST_CAPS_INTERSECT_FIRST)
+                  : caps.release();
+  }
+
   // The frames have a pool of their own.
   gboolean decide_allocation(GstQuery* query) {
     while (gst_query_get_n_allocation_pools(query) > 0)
@@ -345,7 +353,9 @@ class TensorQueryServersrc : public gst::Element<TensorQueryServersrc, gst::Push
     if (auto status = server_->set_input(caps.get(), names, buffer_limit_); !status) return status;
     if (!gst_base_src_set_caps(base(), caps.get())) return rejected_caps();
     gst_pad_push_event(pad(), make_server_event());
-    return ok();
+    const auto query = make_output_query();
+    const bool is_answered = gst_pad_peer_query(pad(), query.get());
+    return is_answered ? ok() : server_->expect_output(nullptr, {});
   }
   Error rejected_caps() const {
     const auto own = settings().caps;

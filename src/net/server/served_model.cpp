@@ -229,6 +229,16 @@ void ServedModel::set_outputs(std::vector<TensorText> outputs) {
   notify();
 }
 
+void ServedModel::expect_outputs(std::vector<TensorText> outputs) {
+  {
+    std::lock_guard lock(mutex_);
+    if (knows_outputs_) return;
+    outputs_ = std::move(outputs);
+    expects_outputs_ = true;
+  }
+  notify();
+}
+
 void ServedModel::set_observer(std::function<void()> observer) {
   std::lock_guard lock(mutex_);
   observer_ = std::move(observer);
@@ -258,7 +268,7 @@ bool ServedModel::is_loaded() const {
 
 bool ServedModel::ready() const {
   std::lock_guard lock(mutex_);
-  return loaded_ && knows_inputs_ && knows_outputs_ && !stopped_;
+  return loaded_ && knows_inputs_ && (knows_outputs_ || expects_outputs_) && !stopped_;
 }
 
 ModelMetadata ServedModel::metadata() const {

@@ -95,7 +95,10 @@ class ServedModel : public std::enable_shared_from_this<ServedModel> {
   const ModelRequest& model() const noexcept { return model_; }
   void set_inputs(std::vector<TensorText> inputs);
   void set_outputs(std::vector<TensorText> outputs);
-  // Whether inputs and outputs are known, and it is loaded and not stopped.
+  // The outputs as far as they are known before the first request; none if that decides. Has no
+  // effect after set_outputs().
+  void expect_outputs(std::vector<TensorText> outputs);
+  // Whether inputs are known and outputs set or expected, and it is loaded and not stopped.
   bool ready() const;
   ModelMetadata metadata() const;
 
@@ -138,7 +141,7 @@ class ServedModel : public std::enable_shared_from_this<ServedModel> {
   mutable std::mutex mutex_;  // guards the rest
   std::condition_variable arrived_;
   bool loaded_ = true, interrupted_ = false, running_ = true, stopped_ = false,
-       knows_inputs_ = false, knows_outputs_ = false;
+       knows_inputs_ = false, knows_outputs_ = false, expects_outputs_ = false;
   std::vector<TensorText> inputs_, outputs_;
   std::function<void()> observer_;
   std::deque<std::shared_ptr<ServedRequest>> waiting_;

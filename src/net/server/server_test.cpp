@@ -209,6 +209,18 @@ TEST_F(Serving, IsReadyOnceBothEndsAreKnown) {
   EXPECT_TRUE(other->ready());
 }
 
+TEST_F(Serving, IsReadyWithOutputsThatItExpects) {
+  const auto other = std::make_shared<ServedModel>(ModelRequest{"o", "1"}, "weir", 2);
+  other->set_inputs({});
+  other->expect_outputs({{"y", "FP32", {1, 4}}});
+  EXPECT_TRUE(other->ready());
+  ASSERT_EQ(other->metadata().outputs.size(), 1u);
+  other->set_outputs({});
+  EXPECT_TRUE(other->metadata().outputs.empty());
+  other->expect_outputs({{"y", "FP32", {1, 4}}});
+  EXPECT_TRUE(other->metadata().outputs.empty());
+}
+
 TEST_F(Serving, RefusesWhileItIsUnloaded) {
   Ended before, between, after;
   receive(&before);

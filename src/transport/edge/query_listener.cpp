@@ -50,10 +50,14 @@ Status QueryListener::set_request_caps(const std::string& caps) {
 Status QueryListener::set_response_caps(const std::string& caps) {
   return set_caps(&response_caps_, caps);
 }
+Status QueryListener::expect_response_caps(const std::string& caps) {
+  return set_caps(&response_caps_, caps, true);
+}
 
-Status QueryListener::set_caps(std::string* caps, const std::string& value) {
+Status QueryListener::set_caps(std::string* caps, const std::string& value, bool is_expected) {
   {
     const std::lock_guard lock(mutex_);
+    if (is_expected && !caps->empty()) return ok();
     *caps = value;
     if (request_caps_.empty() || response_caps_.empty()) return ok();
     auto text = wire::query_capability_text({request_caps_, response_caps_});

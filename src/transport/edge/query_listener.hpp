@@ -51,6 +51,8 @@ class QueryListener : public transport::PollServer<ServedClient> {
   // OPTION_VALUE, LIMIT_EXCEEDED: no text of the protocol.
   Status set_request_caps(const std::string& caps);
   Status set_response_caps(const std::string& caps);
+  // The same until set_response_caps(), and nothing after it.
+  Status expect_response_caps(const std::string& caps);
   // False: closes all clients.
   void set_accepting(bool accepting);
   // Accepts no client and reads no request any more; responses are still sent.
@@ -81,7 +83,8 @@ class QueryListener : public transport::PollServer<ServedClient> {
  private:
   explicit QueryListener(ListenerOptions options)
       : PollServer(options.refused), options_(std::move(options)) {}
-  Status set_caps(std::string* caps, const std::string& value);
+  // `is_expected`: keeps caps that are known.
+  Status set_caps(std::string* caps, const std::string& value, bool is_expected = false);
   int listening() const override { return accepting_ && !closed_ ? listener_.get() : -1; }
   Descriptor accept() override { return accept_from(listener_.get()); }
   void add(Descriptor socket) override;

@@ -113,6 +113,19 @@ TEST_F(EdgeQuery, GreetsWhenBothCapsAreKnown) {
   EXPECT_EQ(early.greeting(), wire::test::kCapabilityText);
 }
 
+TEST_F(EdgeQuery, GreetsWithExpectedCapsUntilOthersAreKnown) {
+  auto made = QueryListener::open({.host = "localhost"});
+  ASSERT_TRUE(made);
+  listener_ = *std::move(made);
+  listener_->set_accepting(true);
+  ASSERT_TRUE(listener_->set_request_caps("A"));
+  ASSERT_TRUE(listener_->expect_response_caps("B"));
+  EXPECT_EQ(client().greeting(), wire::test::kCapabilityText);
+  ASSERT_TRUE(listener_->set_response_caps("C"));
+  ASSERT_TRUE(listener_->expect_response_caps("B"));
+  EXPECT_NE(client().greeting(), wire::test::kCapabilityText);
+}
+
 TEST_F(EdgeQuery, CapsThatThePeerCouldNotSeparateAreAnError) {
   open();
   const auto status = listener_->set_response_caps("a@b");
