@@ -8,9 +8,7 @@
 #include <csignal>
 #include <utility>
 
-#include "gstcpp/element/elements.hpp"
 #include "gstcpp/element/posted_error.hpp"
-#include "gstcpp/element/property_text.hpp"
 
 namespace weir::app {
 namespace {
@@ -53,38 +51,18 @@ bool is_failed_state_change(GstMessage* message) {
 
 }  // namespace
 
-Result<std::unique_ptr<PipelineRun>> PipelineRun::make(gst::Ref<GstElement> read) {
-  auto pipeline = Pipeline::adopt(read.get());
-  if (!pipeline) return pipeline.error();
-  // Nobody pulls their frames.
-  for (const auto& element : gst::elements_in(read.get())) {
-    const std::string kind = gst::get_factory_name(element.get());
-    if (kind != "appsink" && kind != "tensor_sink") continue;
-    const auto status = pipeline->discard(GST_OBJECT_NAME(element.get()));
-    if (!status) return status.error();
-  }
-  std::unique_ptr<PipelineRun> run(new PipelineRun(std::move(read), *std::move(pipeline)));
-  const auto status = run->pipeline_.on_message([bus = run->bus_](GstMessage* message) {
-    gst_bus_post(bus.get(), gst_message_ref(message));
-  });
-  if (!status) return status.error();
-  return run;
-}
-
-PipelineRun::PipelineRun(gst::Ref<GstElement> read, Pipeline pipeline)
-    : element_(std::move(read)),
-      bus_(gst::Ref<GstBus>::adopt(gst_bus_new())),
-      sinks_(std::make_unique<SinkCounter>(element_.get())),
-      loop_(g_main_loop_new(nullptr, FALSE)),
-      pipeline_(std::move(pipeline)) {}
+PipelineRun::PipelineRun(PlayedPipeline played)
+    : played_(std::move(played)),
+      sinks_(std::make_unique<SinkCounter>(pipeline())),
+      loop_(g_main_loop_new(nullptr, FALSE)) {}
 
 RunEnd PipelineRun::play(RunEvents events) {
   events_ = std::move(events);
-  if (shows_properties_) gst_element_add_property_deep_notify_watch(element_.get(), nullptr, TRUE);
+  if (shows_properties_) gst_element_add_property_deep_notify_watch(pipeline(), nullptr, TRUE);
   started_ = g_get_monotonic_time();
   // Signals keep their default action during the state change: loading a large model can be
   // interrupted, which the main loop, not yet running, could not do.
-  if (const auto started = pipeline_.start(); !started) {
+  if (const auto started = played_.pipeline.start(); !started) {
     drain_bus();
     if (errors_.empty()) errors_.push_back({started.error()});
     return RunEnd::Error;
@@ -107,7 +85,7 @@ RunEnd PipelineRun::play(RunEvents events) {
     return G_SOURCE_CONTINUE;
   };
   std::vector<guint> sources{
-      gst_bus_add_watch(bus_.get(), on_bus, this), g_unix_signal_add(SIGINT, on_unix, this),
+      gst_bus_add_watch(played_.bus.get(), on_bus, this), g_unix_signal_add(SIGINT, on_unix, this),
       g_unix_signal_add(SIGTERM, on_unix, this), g_timeout_add(kProgressMs, on_time, this)};
   for (const double seconds : {time_limit_, time_limit_ + kMaxSecondsToEnd})
     if (time_limit_ > 0)
@@ -123,7 +101,7 @@ RunEnd PipelineRun::play(RunEvents events) {
 // not the cause.
 void PipelineRun::drain_bus() {
   const auto kinds = static_cast<GstMessageType>(GST_MESSAGE_ERROR | GST_MESSAGE_WARNING);
-  while (GstMessage* message = gst_bus_pop_filtered(bus_.get(), kinds)) {
+  while (GstMessage* message = gst_bus_pop_filtered(played_.bus.get(), kinds)) {
     on_message(message);
     gst_message_unref(message);
   }
@@ -153,7 +131,7 @@ void PipelineRun::on_message(GstMessage* message) {
     case GST_MESSAGE_STATE_CHANGED: {
       GstState state;
       gst_message_parse_state_changed(message, nullptr, &state, nullptr);
-      const bool is_ours = GST_MESSAGE_SRC(message) == GST_OBJECT(element_.get());
+      const bool is_ours = GST_MESSAGE_SRC(message) == GST_OBJECT(pipeline());
       if (is_ours && state == GST_STATE_PLAYING && events_.playing) events_.playing();
       break;
     }
@@ -164,7 +142,7 @@ void PipelineRun::on_message(GstMessage* message) {
 
 bool PipelineRun::is_playing() const {
   GstState state;
-  return gst_element_get_state(element_.get(), &state, nullptr, 0) == GST_STATE_CHANGE_SUCCESS &&
+  return gst_element_get_state(pipeline(), &state, nullptr, 0) == GST_STATE_CHANGE_SUCCESS &&
          state == GST_STATE_PLAYING;
 }
 
@@ -178,7 +156,7 @@ void PipelineRun::on_signal() {
   stop();
   if (events_.notice)
     events_.notice("stopping: waiting for frames in flight (interrupt again to stop at once)");
-  gst_element_send_event(element_.get(), gst_event_new_eos());
+  gst_element_send_event(pipeline(), gst_event_new_eos());
 }
 
 void PipelineRun::on_time_limit() {
@@ -195,7 +173,7 @@ void PipelineRun::on_time_limit() {
     return;
   }
   stop();
-  gst_element_send_event(element_.get(), gst_event_new_eos());
+  gst_element_send_event(pipeline(), gst_event_new_eos());
 }
 
 void PipelineRun::stop() {
@@ -228,8 +206,8 @@ double PipelineRun::frame_rate() const {
 
 std::optional<double> PipelineRun::played() const {
   gint64 position = 0, duration = 0;
-  if (!gst_element_query_duration(element_.get(), GST_FORMAT_TIME, &duration) || duration <= 0 ||
-      !gst_element_query_position(element_.get(), GST_FORMAT_TIME, &position) || position < 0)
+  if (!gst_element_query_duration(pipeline(), GST_FORMAT_TIME, &duration) || duration <= 0 ||
+      !gst_element_query_position(pipeline(), GST_FORMAT_TIME, &position) || position < 0)
     return std::nullopt;
   return std::min(static_cast<double>(position) / static_cast<double>(duration), 1.0);
 }

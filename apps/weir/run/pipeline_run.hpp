@@ -11,8 +11,8 @@
 
 #include "gstcpp/element/ref.hpp"
 #include "run/diagnostics.hpp"
+#include "run/played_pipeline.hpp"
 #include "run/sink_counter.hpp"
-#include "weir/pipeline.hpp"
 
 namespace weir::app {
 
@@ -31,8 +31,7 @@ struct RunEvents {
 
 class PipelineRun {
  public:
-  // OPTION_VALUE: not a GstPipeline in state NULL.
-  static Result<std::unique_ptr<PipelineRun>> make(gst::Ref<GstElement> read);
+  explicit PipelineRun(PlayedPipeline played);
   PipelineRun(const PipelineRun&) = delete;
   PipelineRun& operator=(const PipelineRun&) = delete;
 
@@ -48,7 +47,7 @@ class PipelineRun {
   // Each property that changes becomes a notice: "videotestsrc0.src: caps = ...".
   void show_properties() noexcept { shows_properties_ = true; }
 
-  GstElement* pipeline() const noexcept { return element_.get(); }
+  GstElement* pipeline() const noexcept { return played_.element.get(); }
   const SinkCounter& sinks() const noexcept { return *sinks_; }
   double seconds() const;           // from the first frame to the end, or until now; 0 before
   double seconds_to_start() const;  // from play() to the first frame at a sink; 0 if none came
@@ -59,7 +58,6 @@ class PipelineRun {
   const std::vector<Diagnostic>& warnings() const noexcept { return warnings_; }
 
  private:
-  PipelineRun(gst::Ref<GstElement> read, Pipeline pipeline);
   void on_message(GstMessage* message);
   void on_error(GstMessage* message);
   void on_signal();
@@ -69,8 +67,7 @@ class PipelineRun {
   void drain_bus();
   void finish(RunEnd end);
 
-  gst::Ref<GstElement> element_;
-  gst::Ref<GstBus> bus_;  // the messages of pipeline_, for the main loop
+  PlayedPipeline played_;
   std::unique_ptr<SinkCounter> sinks_;
   gst::Unique<GMainLoop, g_main_loop_unref> loop_;
   std::vector<Diagnostic> errors_, warnings_;
@@ -80,7 +77,6 @@ class PipelineRun {
   double time_limit_ = 0;  // seconds; 0 = none
   bool is_time_over_ = false, shows_properties_ = false, stops_at_first_signal_ = false;
   RunEnd end_ = RunEnd::Eos;
-  Pipeline pipeline_;  // destroyed first: it stops
 };
 
 }  // namespace weir::app

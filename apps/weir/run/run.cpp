@@ -325,9 +325,9 @@ void print_outcome(const RunOptions& options, const PipelineRun& run, RunEnd end
 // `service` may be null.
 int run_prepared(const RunOptions& options, Prepared prepared, ServiceNotifier* service) {
   const SharedClock* clock = prepared.clock.get();
-  const auto run = PipelineRun::make(std::move(prepared.pipeline));
-  if (!run) return report(run.error(), options.json);
-  PipelineRun& pipeline = **run;
+  auto played = PlayedPipeline::make(std::move(prepared.pipeline));
+  if (!played) return report(played.error(), options.json);
+  PipelineRun pipeline(*std::move(played));
   if (clock) clock->apply_to(pipeline.pipeline());
   const RunEnd end = play(options, service, &pipeline);
   Json facts = outcome(pipeline, end);

@@ -140,7 +140,9 @@ Result<std::vector<ServedPipeline>> make_pipelines(const std::vector<NamedModel>
   for (const auto& model : models) {
     auto pipeline = serving_pipeline(model, out.size() + 1, options, address).make();
     if (!pipeline) return pipeline.error();
-    out.push_back({model, *std::move(pipeline)});
+    auto played = PlayedPipeline::make(*std::move(pipeline));
+    if (!played) return played.error();
+    out.push_back({model, *std::move(played)});
   }
   return out;
 }

@@ -26,7 +26,7 @@ constexpr gint64 kSteadyUs = 60'000'000;  // after which a failure is a new one
 gst::Ref<GstElement> find_element(const ServedPipeline& served, const char* suffix) {
   const std::string name = served.model.name + suffix;
   return gst::Ref<GstElement>::adopt(
-      gst_bin_get_by_name(GST_BIN(served.pipeline.get()), name.c_str()));
+      gst_bin_get_by_name(GST_BIN(served.played.element.get()), name.c_str()));
 }
 
 std::string text_property(GstElement* element, const char* name) {
@@ -79,12 +79,7 @@ void set_port(const ServedPipeline& served, unsigned port) {
 
 // Why a pipeline did not start.
 std::vector<Diagnostic> get_errors(const ServedPipeline& served) {
-  const auto bus = gst::Ref<GstBus>::adopt(gst_element_get_bus(served.pipeline.get()));
-  std::vector<Diagnostic> out;
-  while (GstMessage* message = gst_bus_pop_filtered(bus.get(), GST_MESSAGE_ERROR)) {
-    out.push_back(parse_diagnostic(message));
-    gst_message_unref(message);
-  }
+  auto out = served.played.take_errors();
   if (out.empty())
     out.push_back({{.what = "the model " + served.model.name +
                             " cannot be started, and no element posted an error"}});
@@ -92,10 +87,11 @@ std::vector<Diagnostic> get_errors(const ServedPipeline& served) {
 }
 
 // Opens the model before the source starts. Its errors; empty = open.
-std::vector<Diagnostic> prepare(const ServedPipeline& served) {
+std::vector<Diagnostic> prepare(ServedPipeline& served) {
   if (!open_model(served)) {
     auto errors = get_errors(served);
     if (!leave_batches(served, errors.front())) return errors;
+    (void)served.played.pipeline.stop();  // discards the error
     if (!open_model(served)) return get_errors(served);
   }
   set_request_caps(served);
@@ -114,31 +110,26 @@ ServeRun::~ServeRun() {
   for (const auto& served : served_) {
     if (served->watch) g_source_remove(served->watch);
     if (served->restart) g_source_remove(served->restart);
-    gst_element_set_state(served->what.pipeline.get(), GST_STATE_NULL);
   }
 }
 
 std::vector<Diagnostic> ServeRun::start() {
   for (const auto& served : served_) {
-    GstElement* pipeline = served->what.pipeline.get();
-    const auto bus = gst::Ref<GstBus>::adopt(gst_element_get_bus(pipeline));
+    PlayedPipeline& played = served->what.played;
     if (auto errors = prepare(served->what); !errors.empty()) return errors;
     // All share the free port that the first one chose.
     if (port_ != 0) set_port(served->what, port_);
-    if (gst_element_set_state(pipeline, GST_STATE_PLAYING) != GST_STATE_CHANGE_FAILURE) {
-      served->watch = gst_bus_add_watch(
-          bus.get(),
-          [](GstBus*, GstMessage* message, gpointer user) -> gboolean {
-            auto* one = static_cast<Served*>(user);
-            one->run->on_message(one, message);
-            return G_SOURCE_CONTINUE;
-          },
-          served.get());
-      served->played_from = g_get_monotonic_time();
-      port_ = port();
-      continue;
-    }
-    return get_errors(served->what);
+    if (!played.pipeline.start()) return get_errors(served->what);
+    served->watch = gst_bus_add_watch(
+        played.bus.get(),
+        [](GstBus*, GstMessage* message, gpointer user) -> gboolean {
+          auto* one = static_cast<Served*>(user);
+          one->run->on_message(one, message);
+          return G_SOURCE_CONTINUE;
+        },
+        served.get());
+    served->played_from = g_get_monotonic_time();
+    port_ = port();
   }
   // Before callers learn that the models are served. Until here a signal has its default action: it
   // interrupts the loading of a large model.
@@ -163,10 +154,8 @@ bool ServeRun::stop() {
     bool is_done = false;
   };
   const auto stopping = std::make_shared<Stopping>();
-  std::vector<gst::Ref<GstElement>> pipelines;
-  for (const auto& served : served_) pipelines.push_back(served->what.pipeline);
-  std::thread thread([stopping, pipelines = std::move(pipelines)] {
-    for (const auto& pipeline : pipelines) gst_element_set_state(pipeline.get(), GST_STATE_NULL);
+  std::thread thread([this, stopping] {
+    for (const auto& served : served_) (void)served->what.played.pipeline.stop();
     const std::lock_guard lock(stopping->mutex);
     stopping->is_done = true;
     stopping->changed.notify_all();
@@ -199,9 +188,6 @@ void ServeRun::on_message(Served* served, GstMessage* message) {
       served->ended = true;
       end_if_all_ended(kExitGood);
       break;
-    case GST_MESSAGE_LATENCY:
-      gst_bin_recalculate_latency(GST_BIN(served->what.pipeline.get()));
-      break;
     default:
       break;
   }
@@ -217,9 +203,9 @@ void ServeRun::end_if_all_ended(int status) {
 void ServeRun::restart(Served* served) {
   served->is_stopping = true;
   gst_element_call_async(
-      served->what.pipeline.get(),
-      [](GstElement* pipeline, gpointer user) {
-        gst_element_set_state(pipeline, GST_STATE_NULL);
+      served->what.played.element.get(),
+      [](GstElement*, gpointer user) {
+        (void)static_cast<Served*>(user)->what.played.pipeline.stop();
         g_idle_add_once(
             [](gpointer one) {
               auto* stopped = static_cast<Served*>(one);
@@ -254,11 +240,10 @@ void ServeRun::start_later(Served* served) {
 }
 
 void ServeRun::start_again(Served* served) {
-  GstElement* pipeline = served->what.pipeline.get();
   served->restart = 0;
   set_port(served->what, port_);
   served->played_from = g_get_monotonic_time();
-  if (gst_element_set_state(pipeline, GST_STATE_PLAYING) != GST_STATE_CHANGE_FAILURE) return;
+  if (served->what.played.pipeline.start()) return;
   print_errors(get_errors(served->what));
   served->played_from = g_get_monotonic_time();  // it did not play, however long that took
   restart(served);
@@ -280,7 +265,7 @@ void ServeRun::on_signal() {
     } else if (!served->is_stopping) {
       // It waits for the request in work.
       gst_element_call_async(
-          served->what.pipeline.get(),
+          served->what.played.element.get(),
           [](GstElement* pipeline, gpointer) {
             gst_element_send_event(pipeline, gst_event_new_eos());
           },
@@ -306,7 +291,7 @@ Json ServeRun::describe_tensors(size_t pipeline) const {
 Json ServeRun::statistics() const {
   Json out = Json::array();
   for (const auto& served : served_)
-    for (const Json& ledger : ledgers(served->what.pipeline.get())) out.push_back(ledger);
+    for (const Json& ledger : ledgers(served->what.played.element.get())) out.push_back(ledger);
   return out;
 }
 

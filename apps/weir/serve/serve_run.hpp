@@ -11,18 +11,19 @@
 #include "gstcpp/element/ref.hpp"
 #include "report.hpp"
 #include "run/diagnostics.hpp"
+#include "run/played_pipeline.hpp"
 #include "serve/served_models.hpp"
 
 namespace weir::app {
 
 struct ServedPipeline {
   NamedModel model;
-  gst::Ref<GstElement> pipeline;
+  PlayedPipeline played;
 };
 
 class ServeRun {
  public:
-  // Precondition: pipelines in state NULL.
+  // Precondition: stopped pipelines.
   explicit ServeRun(std::vector<ServedPipeline> pipelines);
   ~ServeRun();
   ServeRun(const ServeRun&) = delete;

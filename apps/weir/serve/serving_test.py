@@ -140,8 +140,12 @@ class Serving(Case):
         process, _, _ = self.serve(f"digits={MODEL}", f"open={path}", "--batch", 8, "--metrics=127.0.0.1:0")
         self.assertIn("input float32 4:1", process.stdout.readline())
         page = process.stdout.readline().split()[1]
-        with urllib.request.urlopen(page, timeout=60) as response:
-            self.assertEqual(re.findall(r'weir_batches_total\{model="(\w+)"', response.read().decode()), ["open"])
+        batched, end = [], time.monotonic() + 60
+        while not batched:  # the figures come with the caps of the requests
+            self.assertLess(time.monotonic(), end)
+            with urllib.request.urlopen(page, timeout=60) as response:
+                batched = re.findall(r'weir_batches_total\{model="(\w+)"', response.read().decode())
+        self.assertEqual(batched, ["open"])
         status, _, errors = self.end(process)
         self.assertEqual(status, 0, errors)
         self.assertIn("warning from digits-filter: WEIR-3013: the model cannot run 8 frames at once; digits is served without batches\n", errors)

@@ -132,9 +132,9 @@ int try_model_on_input(const TryOptions& options) {
     gst_pad_add_probe(pad.get(), GST_PAD_PROBE_TYPE_BUFFER, on_results,
                       const_cast<bool*>(&options.json), nullptr);
   }
-  auto made = PipelineRun::make(*std::move(pipeline));
-  if (!made) return report(made.error(), false);
-  PipelineRun& run = **made;
+  auto adopted = PlayedPipeline::make(*std::move(pipeline));
+  if (!adopted) return report(adopted.error(), false);
+  PipelineRun run(*std::move(adopted));
   if (options.show && is_photo(options.input)) run.stop_at_first_signal();
   const RunEnd ending = run.play({.progress = {},
                                   .notice =
