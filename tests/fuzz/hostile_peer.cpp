@@ -309,9 +309,15 @@ size_t count_descriptors() {
 // Threads of gRPC may give back later.
 void wait_until_released(size_t bytes, size_t descriptors, Watchdog* watchdog) {
   watchdog->enter("release memory and descriptors", kMaxRelease);
-  while (__sanitizer_get_current_allocated_bytes() > bytes + kMaxKept ||
-         count_descriptors() > descriptors + kMaxKeptDescriptors)
+  for (int polls = 1; __sanitizer_get_current_allocated_bytes() > bytes + kMaxKept ||
+                      count_descriptors() > descriptors + kMaxKeptDescriptors;
+       ++polls) {
     std::this_thread::sleep_for(1ms);
+    if (polls % 1000 == 0)
+      std::fprintf(stderr, "kept: %zu bytes over %zu, %zu descriptors over %zu\n",
+                   __sanitizer_get_current_allocated_bytes() - bytes, bytes,
+                   count_descriptors() - descriptors, descriptors);
+  }
 }
 
 void initialise() {

@@ -58,6 +58,15 @@ class TensorAggregator : public gst::PlainFilter<TensorAggregator> {
                     gst::Changeable::WhilePlaying},
   };
 
+  GstStateChangeReturn change_state(GstStateChange change) {
+    if (change == GST_STATE_CHANGE_READY_TO_PAUSED)
+      if (const auto setup = make_setup({}, settings()); !setup) {
+        gst::post_error(element(), setup.error());
+        return GST_STATE_CHANGE_FAILURE;
+      }
+    return gst::PlainFilter<TensorAggregator>::change_state(change);
+  }
+
   Status set_caps(GstCaps* caps) {
     const auto spec = gst::fixed_spec_from_caps(caps);
     if (!spec) return spec.error();

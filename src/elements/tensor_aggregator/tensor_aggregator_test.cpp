@@ -241,8 +241,7 @@ TEST(TensorAggregator, StartsAgainOnlyWhenTheTensorsChange) {
 
 TEST(TensorAggregator, ReportsInvalidFramesFlush) {
   const std::string error =
-      start_error("tensor_aggregator frames-in=2 frames-out=3 frames-flush=9 frames-dim=0",
-                  tensors("uint8", "4"));
+      start_error("tensor_aggregator frames-in=2 frames-out=3 frames-flush=9 frames-dim=0");
   EXPECT_SAYS(error, "WEIR-1004: frames-flush exceeds the number of frames");
   EXPECT_SAYS(error, "offered: frames-flush=9, with frames-in=2 and frames-out=3");
   EXPECT_SAYS(error, "fix: frames-flush=4");

@@ -58,7 +58,7 @@ Ref<GstCaps> fitting(const GstCaps* caps, const GstCaps* filter) {
 
 }  // namespace
 
-Result<Preferences> preferences(const ConverterSettings& settings, const gst::PeerCaps& peer) {
+Result<Preferences> read_preferences(const ConverterSettings& settings) {
   auto shapes = parse_shape_list(settings.input_dim);
   if (!shapes) return shapes.error();
   auto types = parse_type_list(settings.input_type);
@@ -73,8 +73,14 @@ Result<Preferences> preferences(const ConverterSettings& settings, const gst::Pe
     out.tensors.push_back({(*types)[i], (*shapes)[i], ""});
   out.shapes = *std::move(shapes);
   out.frames_per_tensor = settings.frames_per_tensor;
-  if (const FrameSpec fixed = fixed_by_peer(peer); fixed.info_valid()) out.peer = fixed.tensors;
-  out.peer_is_flexible = peer.flexible;
+  return out;
+}
+
+Result<Preferences> read_preferences(const ConverterSettings& settings, const gst::PeerCaps& peer) {
+  auto out = read_preferences(settings);
+  if (!out) return out;
+  if (const FrameSpec fixed = fixed_by_peer(peer); fixed.info_valid()) out->peer = fixed.tensors;
+  out->peer_is_flexible = peer.flexible;
   return out;
 }
 

@@ -8,7 +8,9 @@
 namespace weir {
 
 // DIMENSION_SYNTAX, TYPE_SYNTAX, or OPTION_VALUE when the two lists have different lengths.
-Result<Preferences> preferences(const ConverterSettings& settings, const gst::PeerCaps& peer);
+Result<Preferences> read_preferences(const ConverterSettings& settings);
+// The same, with those of the peer.
+Result<Preferences> read_preferences(const ConverterSettings& settings, const gst::PeerCaps& peer);
 
 // The caps of the sink pad: first those that fit the peer (docs/compatibility/converter.md 2.3),
 // then the rest of the template, because the error of the element that rejects them explains more

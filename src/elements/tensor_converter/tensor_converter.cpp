@@ -88,6 +88,10 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
 
   GstStateChangeReturn change_state(GstStateChange change) {
     if (change == GST_STATE_CHANGE_READY_TO_PAUSED) {
+      if (auto status = check_values(); !status) {
+        gst::post_error(element(), status.error());
+        return GST_STATE_CHANGE_FAILURE;
+      }
       reset();
       ledger_.reset();
       stream_.reset_counts();
@@ -97,6 +101,16 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
     const auto result = parent_class()->change_state(element(), change);
     if (change == GST_STATE_CHANGE_PAUSED_TO_READY) reset();
     return result;
+  }
+
+  Status check_values() const {
+    const Settings s = settings();
+    // A mode without a name is ignored.
+    if (const auto mode = parse_converter_mode(s.mode);
+        !mode && mode.error().code != Code::OPTION_SYNTAX)
+      return mode.error();
+    const auto preferences = read_preferences(s);
+    return preferences ? ok() : Status(preferences.error());
   }
 
   GstFlowReturn on_buffer(GstBuffer* raw) {

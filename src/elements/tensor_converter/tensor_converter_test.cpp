@@ -309,10 +309,11 @@ TEST(TensorConverter, NamesTheDifferenceToTheProperties) {
 }
 
 TEST(TensorConverter, RefusesPropertiesWithATypo) {
-  EXPECT_SAYS(caps_error("input-dim=x input-type=uint8", "application/octet-stream"), "WEIR-1002");
-  EXPECT_SAYS(caps_error("input-dim=3 input-type=uint9", "application/octet-stream"), "WEIR-1003");
-  EXPECT_SAYS(caps_error("input-dim=3,4 input-type=uint8", "application/octet-stream"),
-              "WEIR-1004");
+  EXPECT_SAYS(start_error("tensor_converter input-dim=x input-type=uint8"), "WEIR-1002");
+  EXPECT_SAYS(start_error("tensor_converter input-dim=3 input-type=uint9"), "WEIR-1003");
+  EXPECT_SAYS(start_error("tensor_converter input-dim=3,4 input-type=uint8"), "WEIR-1004");
+  EXPECT_SAYS(start_error("tensor_converter mode=custom:x"), "WEIR-1005");
+  EXPECT_EQ(start_error("tensor_converter"), "");
 }
 
 }  // namespace tensor_converter_test

@@ -23,7 +23,7 @@ Status TensorStream::configure(const GstCaps* caps, const ConverterSettings& set
   auto medium = medium_for(caps, mode);
   if (!medium) return medium.error();
   const gst::PeerCaps peer(source_);
-  auto wanted = preferences(settings, peer);
+  auto wanted = read_preferences(settings, peer);
   if (!wanted) return wanted.error();
   wanted->limit = &limit_;
   auto plan = (*medium)->configure(caps, *wanted);
