@@ -288,6 +288,8 @@ TEST_F(MqttElements, ReportsWhatCannotBeUsed) {
   EXPECT_SAYS(error_of_pipeline(frame + "mqttsink protocol=5 host=192.0.2.1"),
               "WEIR-6003: the connection to another machine is not encrypted");
   EXPECT_SAYS(error_of_pipeline(frame + sink("max-buffer-size=3")), "needed: at most 3 bytes");
+  EXPECT_SAYS(error_of_pipeline("fakesrc num-buffers=1 sizetype=empty ! " + sink("")),
+              "WEIR-2004: a buffer is empty");
   EXPECT_SAYS(error_of_pipeline(frame + sink("ntp-sync=true ntp-srvs=\"\"")),
               "no NTP server answers");
   EXPECT_SAYS(error_of_pipeline(source("sub-topic=silent sub-timeout=1000000") + " ! fakesink"),

@@ -206,6 +206,12 @@ class MqttSink : public MqttElement<MqttSink, gst::BaseSink> {
 
   Status publish(GstBuffer* buffer) {
     const size_t size = gst_buffer_get_size(buffer);
+    if (size == 0)
+      return Error{.code = Code::FRAME_SIZE,
+                   .what = "a buffer is empty",
+                   .offered = "0 bytes",
+                   .needed = "at least one byte",
+                   .fix = "check the upstream element"};
     if (active_.max_buffer_size > 0 && size > active_.max_buffer_size)
       return Error{.code = Code::LIMIT_EXCEEDED,
                    .what = "a buffer is larger than mqttsink may publish",
