@@ -231,6 +231,7 @@ class Pipeline {
     if (error && has_trace())
       std::fprintf(stderr, "  %s: %s\n", GST_MESSAGE_SRC_NAME(message), error->message);
     g_clear_error(&error);
+    gst_message_unref(message);  // a dropped message belongs to the handler
     return GST_BUS_DROP;
   }
   void feed() {

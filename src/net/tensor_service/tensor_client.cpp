@@ -20,83 +20,105 @@ using namespace std::chrono_literals;
 constexpr auto kPause = 100ms;     // before the next attempt
 constexpr auto kUnreachable = 1s;  // without a connection before a warning
 
-// How a call ended. Outlives the call, which its own thread and one of gRPC use.
-class CallEnd {
+// A call to the server. Its operations end on the thread in run(). gRPC's callbacks are not used:
+// version 1.51 ends the process when a server sends headers that it also marks as trailers.
+class ClientCall {
  public:
-  void set(const grpc::Status& status) {
-    std::lock_guard lock(mutex_);
-    status_ = status;
-    changed_.notify_all();
-  }
-  grpc::Status wait() {
-    std::unique_lock lock(mutex_);
-    changed_.wait(lock, [this] { return status_.has_value(); });
-    return *status_;
-  }
+  ClientCall() = default;
+  ClientCall(const ClientCall&) = delete;
+  ClientCall& operator=(const ClientCall&) = delete;
+  virtual ~ClientCall() = default;
 
- private:
-  std::mutex mutex_;
-  std::condition_variable changed_;
-  std::optional<grpc::Status> status_;
-};
-
-// A call to the server. It may be destroyed after its end.
-class ClientCall : public grpc::ClientBidiReactor<grpc::ByteBuffer, grpc::ByteBuffer> {
- public:
   void open(grpc::GenericStub* stub, const std::string& method) {
-    stub->PrepareBidiStreamingCall(&context_, method, {}, this);
-    AddHold();  // operations are started outside of gRPC's callbacks
-    begin();
-    StartCall();
+    stream_ = stub->PrepareCall(&context_, method, &queue_);
+    stream_->StartCall(start(Operation::Open));
   }
-  virtual void begin() = 0;
-  virtual void leave() = 0;
+  // Blocks until the call has ended.
+  grpc::Status run() {
+    void* tag = nullptr;
+    bool good = false, ended = false;
+    while (queue_.Next(&tag, &good)) {
+      const auto operation = static_cast<Operation>(reinterpret_cast<uintptr_t>(tag));
+      if (operation == Operation::Open) opened(good);
+      if (operation == Operation::Read) on_read(good);
+      if (operation == Operation::Write) on_written(good);
+      ended = ended || operation == Operation::Finish;
+      if (pending_.fetch_sub(1) == 1 && ended) queue_.Shutdown();
+    }
+    return status_;
+  }
   // Thread-safe.
   void cancel() {
-    leave();
     context_.TryCancel();
-    release();
+    finish();
   }
-  grpc::Status wait() { return std::shared_ptr(end_)->wait(); }
-  void OnDone(const grpc::Status& status) override { std::shared_ptr(end_)->set(status); }
 
  protected:
-  void release() {
-    if (!released_.exchange(true)) RemoveHold();
+  // Each operation has one at a time.
+  enum class Operation : uintptr_t { Open = 1, Read, Write, WritesDone, Finish };
+  using Stream = grpc::GenericClientAsyncReaderWriter;
+
+  virtual void begin() = 0;
+  virtual void leave() = 0;  // afterwards no other thread starts operations
+  virtual void on_read(bool good) = 0;
+  virtual void on_written(bool) {}
+
+  Stream& stream() noexcept { return *stream_; }
+  void* start(Operation operation) {
+    ++pending_;
+    return reinterpret_cast<void*>(static_cast<uintptr_t>(operation));
+  }
+  // Waits for the status of the call. Thread-safe.
+  void finish() {
+    is_finishing_ = true;
+    leave();
+    const std::lock_guard lock(mutex_);
+    if (is_open_ && !std::exchange(is_finished_, true))
+      stream_->Finish(&status_, start(Operation::Finish));
   }
 
  private:
+  void opened(bool good) {
+    {
+      const std::lock_guard lock(mutex_);
+      is_open_ = true;
+    }
+    if (good) begin();
+    if (!good || is_finishing_) finish();  // maybe by another thread, before begin()
+  }
+
   grpc::ClientContext context_;
-  const std::shared_ptr<CallEnd> end_ = std::make_shared<CallEnd>();
-  std::atomic<bool> released_{false};
+  grpc::CompletionQueue queue_;
+  std::unique_ptr<Stream> stream_;
+  grpc::Status status_;
+  std::atomic<int> pending_{0};  // operations
+  std::atomic<bool> is_finishing_{false};
+  std::mutex mutex_;  // guards the rest
+  bool is_open_ = false, is_finished_ = false;
 };
 
 // SendTensors
 class SendingCall final : public ClientCall, public OutgoingStream {
  public:
   explicit SendingCall(OutgoingFrames* frames) : frames_(frames) {}
+  void write(const OutgoingMessage& message) override {
+    message_ = make_message({{{}, message.bytes}}, message.memory);
+    stream().Write(message_, start(Operation::Write));
+  }
+  void end() override { stream().WritesDone(start(Operation::WritesDone)); }
+
+ private:
   void begin() override {
-    StartRead(&response_);
-    if (!frames_->join(this)) StartWritesDone();
+    stream().Read(&response_, start(Operation::Read));
+    if (!frames_->join(this)) end();
   }
   void leave() override { frames_->leave(this); }
   // The response, or the end of the call.
-  void OnReadDone(bool) override {
-    leave();
-    release();
+  void on_read(bool) override { finish(); }
+  void on_written(bool good) override {
+    if (!good || !frames_->written(this)) finish();
   }
-  void OnWriteDone(bool written) override {
-    if (written && frames_->written(this)) return;
-    leave();
-    release();
-  }
-  void write(const OutgoingMessage& message) override {
-    message_ = make_message({{{}, message.bytes}}, message.memory);
-    StartWrite(&message_);
-  }
-  void end() override { StartWritesDone(); }
 
- private:
   OutgoingFrames* const frames_;
   grpc::ByteBuffer message_, response_;
 };
@@ -108,27 +130,27 @@ class ReceivingCall final : public ClientCall, public IncomingStream {
       : frames_(frames),
         peer_(address_text(options)),
         request_(make_message({{options.empty, {}}}, nullptr)) {}
+  void read() override { stream().Read(&message_, start(Operation::Read)); }
+  // The element ends the stream itself: there is no call to end with an error.
+  void refuse(CallStatus, const std::string&) override {}
+
+ private:
   void begin() override {
-    StartWriteLast(&request_, {});
+    stream().WriteLast(request_, {}, start(Operation::Write));
     frames_->join(this);
   }
   void leave() override { frames_->leave(this); }
-  void OnReadDone(bool read) override {
-    if (read) {
+  void on_read(bool good) override {
+    if (good) {
       auto message = received(message_);
       message_.Clear();
       if (message)
         return frames_->arrived(this,
                                 {std::move(message->chunks), std::move(message->memory), peer_, 0});
     }
-    leave();
-    release();
+    finish();
   }
-  void read() override { StartRead(&message_); }
-  // The element ends the stream itself: there is no call to end with an error.
-  void refuse(CallStatus, const std::string&) override {}
 
- private:
   IncomingFrames* const frames_;
   const std::string peer_;
   grpc::ByteBuffer request_, message_;
@@ -195,7 +217,7 @@ class Client final : public TensorEndpoint {
       call->open(&stub_, method_);
     }
     const auto since = std::chrono::steady_clock::now();
-    auto status = call->wait();
+    auto status = call->run();
     if (std::chrono::steady_clock::now() - since > kUnreachable) warned_ = false;
     std::lock_guard lock(mutex_);
     call_ = nullptr;
