@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "evaluate/picture_file.hpp"
 
-#include <gst/tag/tag.h>
 #include <gst/video/video.h>
 
 #include <algorithm>
@@ -9,49 +8,16 @@
 #include <cmath>
 #include <filesystem>
 #include <map>
-#include <optional>
 #include <string_view>
 
 #include "core/text/shell_quote.hpp"
 #include "evaluate/folder_files.hpp"
 #include "gstcpp/buffer/caps_text.hpp"
+#include "try/photo_direction.hpp"
 #include "weir/pipeline.hpp"
 
 namespace weir::app {
 namespace {
-
-// The TIFF data of the first Exif segment before the pixels.
-std::optional<std::string_view> find_exif(std::string_view jpeg) {
-  constexpr std::string_view kExif("Exif\0\0", 6);
-  constexpr unsigned kApplication1 = 0xE1, kStartOfScan = 0xDA;
-  const auto at = [&](size_t i) -> unsigned { return static_cast<unsigned char>(jpeg[i]); };
-  if (!jpeg.starts_with("\xFF\xD8")) return std::nullopt;
-  // A segment is FF, its kind, and its length with the two bytes of the length.
-  for (size_t segment = 2; segment + 4 <= jpeg.size() && at(segment) == 0xFF;) {
-    const size_t length = at(segment + 2) << 8 | at(segment + 3);
-    if (at(segment + 1) == kStartOfScan || length < 2) return std::nullopt;
-    const std::string_view data = jpeg.substr(segment + 4).substr(0, length - 2);
-    if (at(segment + 1) == kApplication1 && data.starts_with(kExif))
-      return data.substr(kExif.size());
-    segment += 2 + length;
-  }
-  return std::nullopt;
-}
-
-// GST_VIDEO_ORIENTATION_IDENTITY for a file that does not say. Some installations of GStreamer have
-// no element that reports it (jpegparse).
-GstVideoOrientationMethod photo_orientation(const std::filesystem::path& path) {
-  GstVideoOrientationMethod out = GST_VIDEO_ORIENTATION_IDENTITY;
-  const auto bytes = read_file(path);
-  const auto exif = bytes ? find_exif(*bytes) : std::nullopt;
-  if (!exif || exif->empty()) return out;
-  const auto buffer = gst::Ref<GstBuffer>::adopt(gst_buffer_new_memdup(exif->data(), exif->size()));
-  const gst::Unique<GstTagList, gst_tag_list_unref> tags(
-      gst_tag_list_from_exif_buffer_with_tiff_header(buffer.get()));
-  if (!tags || !gst_video_orientation_from_tag(tags.get(), &out))
-    return GST_VIDEO_ORIENTATION_IDENTITY;
-  return out;
-}
 
 Error unreadable(const std::string& path, const std::string& reason) {
   return {.code = Code::FILE_NOT_FOUND,
@@ -151,11 +117,11 @@ Result<ClassMask> read_classes(const Frame& frame, const GstVideoInfo& info, con
 }  // namespace
 
 Result<DecodedPicture> decode_picture(const std::string& path) {
-  const auto frame =
-      read_frame(path,
-                 "filesrc name=file ! decodebin ! videoconvert ! video/x-raw,format=RGB ! "
-                 "videoflip video-direction=" +
-                     std::to_string(photo_orientation(path)) + " ! appsink name=sink sync=false");
+  const std::string direction = photo_direction(path);
+  const auto frame = read_frame(
+      path, "filesrc name=file ! decodebin ! videoconvert ! video/x-raw,format=RGB ! " +
+                (direction.empty() ? "" : "videoflip video-direction=" + direction + " ! ") +
+                "appsink name=sink sync=false");
   if (!frame) return frame.error();
   const auto caps = gst::caps_from_text(frame->caps());
   GstVideoInfo info;

@@ -8,6 +8,7 @@
 #include "core/text/shell_quote.hpp"
 #include "core/text/text.hpp"
 #include "gstcpp/element/ref.hpp"
+#include "try/photo_direction.hpp"
 
 namespace weir::app {
 namespace {
@@ -37,6 +38,16 @@ bool is_live(const std::string& input) {
 // A model that is slower than the input gets its newest frame.
 constexpr char kNewest[] = " ! queue leaky=downstream max-size-buffers=1";
 
+// A video names its direction in a tag of its stream.
+constexpr char kUpright[] = " ! videoconvert ! videoflip video-direction=auto";
+
+// A picture of its own has no time.
+std::string convert_photo(const std::string& path) {
+  const std::string direction = photo_direction(path);
+  return " ! imagefreeze num-buffers=1 ! videoconvert" +
+         (direction.empty() ? "" : " ! videoflip video-direction=" + direction);
+}
+
 // tcpclientsrc is no source of uridecodebin.
 Result<PipelineDescription> tcp_source(const TryOptions& options) {
   const std::string& input = options.input;
@@ -62,8 +73,7 @@ Result<PipelineDescription> make_source(const TryOptions& options) {
   if (input.find("://") != std::string::npos)
     return PipelineDescription()
         .element("uridecodebin", {{"uri", input}})
-        .text(" ! videoconvert")
-        .text(is_live(input) ? kNewest : "");
+        .text(is_live(input) ? std::string(" ! videoconvert") + kNewest : kUpright);
   std::error_code ignored;
   if (is_camera(input) && fs::exists(input, ignored))
     return PipelineDescription()
@@ -73,9 +83,8 @@ Result<PipelineDescription> make_source(const TryOptions& options) {
   if (fs::is_regular_file(input, ignored))
     return PipelineDescription()
         .element("filesrc", {{"location", input}})
-        .text(" ! decodebin ! ")
-        // A picture of its own has no time.
-        .text(is_photo(input) ? "imagefreeze num-buffers=1 ! videoconvert" : "videoconvert");
+        .text(" ! decodebin")
+        .text(is_photo(input) ? convert_photo(input) : kUpright);
   if (input == "test") return PipelineDescription().text("videotestsrc num-buffers=100");
   return Error{
       .code = Code::FILE_NOT_FOUND,

@@ -189,6 +189,53 @@ class Depth(Case):
             self.assertEqual(output.read_bytes().count(start), 1, (name, len(output.read_bytes())))
             self.assertEqual(Image.open(output).size, (320, 240))
 
+    def read_upright(self, source):
+        """The size of the source picture; whether its quarters are drawn from dark to light, as write_quarters() has them."""
+        from PIL import Image
+        drawn = self.folder / "drawn.png"
+        done = weir("try", "--mode", "depth", write_map_model(self.folder, "depth"), source, "--output", drawn, **CARDS)
+        self.assertRegex(self.good(done), r"(?m)^  depth ")
+        picture = Image.open(drawn).convert("L")
+        width, height = picture.size
+        shades = [picture.getpixel((x * width // 4, y * height // 4)) for y in (1, 3) for x in (1, 3)]
+        return picture.size, shades == sorted(shades) and shades[0] + 60 < shades[3], done.stderr
+
+    def write_quarters(self, path, transposed=None, **options):
+        from PIL import Image
+        picture = Image.new("RGB", (64, 96))
+        for i, grey in enumerate((0, 90, 170, 255)):
+            x, y = 32 * (i % 2), 48 * (i // 2)
+            picture.paste((grey, grey, grey), (x, y, x + 32, y + 48))
+        (picture if transposed is None else picture.transpose(transposed)).save(path, **options)
+
+    def test_photos_are_turned_as_their_exif_orientation_says(self):
+        """Pillow's rotations are counter-clockwise: 6 says that the photo must be turned clockwise."""
+        from PIL import Image
+        turns, photo = Image.Transpose, self.folder / "photo.jpg"
+        stored = (None, turns.FLIP_LEFT_RIGHT, turns.ROTATE_180, turns.FLIP_TOP_BOTTOM, turns.TRANSPOSE, turns.ROTATE_90, turns.TRANSVERSE,
+                  turns.ROTATE_270)
+        for orientation, transposed in enumerate(stored, 1):
+            exif = Image.Exif()
+            exif[0x0112] = orientation
+            self.write_quarters(photo, transposed, quality=95, exif=exif)
+            size, is_upright, printed = self.read_upright(photo)
+            self.assertEqual((size, is_upright), ((64, 96), True), (orientation, printed))
+            self.assertEqual("videoflip" in printed, orientation > 1, printed)
+
+    def test_videos_are_turned_as_their_header_says(self):
+        photo, clip = self.folder / "stored.png", self.folder / "clip.mp4"
+        from PIL import Image
+        self.write_quarters(photo, Image.Transpose.ROTATE_90)
+        self.good(weir("run", f"filesrc location={photo} ! pngdec ! imagefreeze num-buffers=3 ! videoconvert ! jpegenc ! qtmux ! "
+                       f"filesink location={clip}"))
+        # The matrix of the track, 9 numbers of 4 bytes: as it is stored, and turned clockwise.
+        upright = numpy.array([1 << 16, 0, 0, 0, 1 << 16, 0, 0, 0, 1 << 30], ">i4").tobytes()
+        turned = numpy.array([0, 1 << 16, 0, -1 << 16, 0, 0, 64 << 16, 0, 1 << 30], ">i4").tobytes()
+        before, track, after = clip.read_bytes().partition(b"tkhd")
+        clip.write_bytes(before + track + after.replace(upright, turned, 1))
+        size, is_upright, printed = self.read_upright(clip)
+        self.assertEqual((size, is_upright), ((64, 96), True), printed)
+
     def test_an_open_size_is_that_of_the_metadata(self):
         for imgsz, width, height in (("[48, 64]", 64, 48), ("96", 96, 96), ("[0, 64]", 640, 640), ("[48, 64, 3]", 640, 640), (None, 640, 640)):
             model = write_map_model(self.folder, "depth", ("h", "w"), [("imgsz", imgsz)] if imgsz else [])
