@@ -121,23 +121,10 @@ Error several(const std::vector<heads::Reading>& readings, const heads::ModelSig
                       [&](const heads::Reading& r) { return make_option(r, readings); })};
 }
 
-Error unknown_outputs(const heads::ModelSignature& facts) {
-  if (heads::looks_like_picture(facts))
-    return heads::picture_instead_of_results(facts, "--head deeplab");
-  return {.code = Code::SPEC_MISMATCH,
-          .what = "no known head fits these outputs",
-          .offered = facts.describe_outputs(),
-          .needed = "one of: " + join(heads::all_families(), ", ",
-                                      [](const heads::Family* family) { return family->name; }),
-          .fix = "--mode detection prints what the heads of a mode need, --head NAME tries one"};
-}
-
-// The tasks of the user's mode, or of all modes for "".
-Result<uint32_t> parse_tasks(const std::string& mode) {
-  uint32_t tasks = 0;
+// The task of the user's mode.
+Result<uint32_t> parse_task(const std::string& mode) {
   for (const auto& [name, task] : heads::kReadingModes)
-    if (mode.empty() || mode == name) tasks |= task;
-  if (tasks != 0) return tasks;
+    if (mode == name) return uint32_t{task};
   return Error{.code = Code::OPTION_VALUE,
                .what = "there is no such mode",
                .offered = "--mode " + mode,
@@ -149,19 +136,22 @@ Result<uint32_t> parse_tasks(const std::string& mode) {
 // The mode and family for the model's outputs. `mode` and `head` are the user's, or "".
 Result<heads::Reading> find_reading(const heads::ModelSignature& facts, const std::string& mode,
                                     const std::string& head, std::vector<std::string>* notes) {
-  const auto tasks = parse_tasks(mode);
+  const auto tasks = mode.empty() ? Result<uint32_t>(heads::stated_tasks(facts)) : parse_task(mode);
   if (!tasks) return tasks.error();
   if (!head.empty()) {
-    const heads::Family& family = heads::family_named(head, *tasks);
+    const uint32_t allowed = mode.empty() ? ~0U : *tasks;
+    const heads::Family& family = heads::family_named(head, allowed);
     for (const auto& [name, task] : heads::kReadingModes)
-      if (family.tasks & *tasks & task) return heads::Reading{name, &family};
+      if (family.tasks & allowed & task) return heads::Reading{name, &family};
   }
   const auto readings = heads::list_readings(facts, *tasks);
   const auto best = heads::likely(readings, facts);
   if (best.size() > 1) return several(best, facts);
-  if (best.empty() && !mode.empty())
-    return heads::Reading{mode, &heads::recognise(facts, *tasks)};  // throws the reason
-  if (best.empty()) return unknown_outputs(facts);
+  if (best.empty()) {
+    Error error = heads::nothing_fits(facts, *tasks, "--head ");
+    if (mode.empty()) error.what = "no known head fits these outputs";
+    return error;
+  }
   std::vector<heads::Reading> others = readings;
   std::erase_if(others,
                 [&](const heads::Reading& other) { return other.family == best[0].family; });

@@ -35,12 +35,12 @@ def write_map_model(folder, output, size=(96, 96), metadata=()):
     return path
 
 
-def write_rows_model(folder, output, rows, columns):
+def write_rows_model(folder, output, rows, columns, metadata=()):
     """A model of pictures of 640 x 640 whose output has `rows` rows of `columns` numbers."""
     path = folder / "rows.onnx"
     nodes = [("ReduceMean", ("image",), "mean"), ("Add", ("mean", "a"), "column"), ("Add", ("column", "b"), output)]
     arrays = {"a": numpy.zeros((rows, 1), "f"), "b": numpy.zeros((1, columns), "f")}
-    path.write_bytes(onnx_writer.model(nodes, arrays, [("image", (1, 3, 640, 640))], [(output, (1, 1, rows, columns))]))
+    path.write_bytes(onnx_writer.model(nodes, arrays, [("image", (1, 3, 640, 640))], [(output, (1, 1, rows, columns))], metadata))
     return path
 
 
@@ -146,6 +146,17 @@ class Refused(Case):
         path = write_rows_model(self.folder, "rows", 85, 8400)
         self.refused(weir("try", path, "test", **CARDS), 1, "WEIR-2001", "as detection (yolov8) or as detection (yolox)",
                      "fix: --head yolov8 or --head yolox")
+
+    @unittest.skipUnless(HAS_ONNX, "the engine onnxruntime is not built")
+    def test_outputs_of_another_size_than_the_task_of_the_metadata_has(self):
+        """3549 cells are those of 416 x 416. Without the metadata they are scores of a text or depths."""
+        self.refused(weir("try", write_rows_model(self.folder, "out", 84, 3549), "test", **CARDS), 1, "as text (ctc) or as depth (depth)")
+        path = write_rows_model(self.folder, "out", 84, 3549, [("task", "detect")])
+        for options, what in (((), "no known head fits these outputs"), (("--mode", "detection"), "no head of this mode fits these outputs")):
+            refused = weir("try", *options, path, "test", **CARDS)
+            self.refused(refused, 1, "WEIR-2001: " + what, "float32 3549:84:1:1 'out' of an input of 640 x 640", "--head yolov8")
+            self.assertLess(len(refused.stderr), 1000, refused.stderr)
+        self.assertIn("read as detection by the head yolov8", weir("try", "--head", "yolov8", path, "test", **CARDS).stderr)
 
     def test_words_that_are_missing(self):
         self.refused(weir("try"), 2)

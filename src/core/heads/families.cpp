@@ -86,20 +86,25 @@ void check_sizes(const ModelSignature& model) {
   }
 }
 
-Error nothing_fits(const ModelSignature& model, const std::vector<const Family*>& families) {
-  if (looks_like_picture(model))
-    return picture_instead_of_results(model,
-                                      "tensor_decoder mode=segmentation custom=head:deeplab");
-  return {.code = Code::SPEC_MISMATCH,
-          .what = "no head of this mode fits these outputs",
-          .offered = model.describe_outputs(),
-          .needed = join(families, "; ",
-                         [](const Family* family) {
-                           return std::string(family->name) + ": " + std::string(family->outputs);
-                         }),
-          .fix = model.input.width > 0
-                     ? "tensor_decoder custom=head:NAME, or another mode"
-                     : "tensor_decoder custom=input:640:640, the size of the model's input"};
+// The families that read the outputs if the user names them: rows for a picture of another size,
+// for example.
+std::vector<const Family*> list_openable(const ModelSignature& model,
+                                         std::vector<const Family*> families) {
+  std::erase_if(families, [&](const Family* family) {
+    try {
+      family->open(model, {});
+      return false;
+    } catch (const Failure&) {
+      return true;
+    }
+  });
+  return families;
+}
+
+std::string describe_input(const ModelSignature& model) {
+  return model.input.width == 0 ? ""
+                                : " of an input of " + std::to_string(model.input.width) + " x " +
+                                      std::to_string(model.input.height);
 }
 
 }  // namespace
@@ -149,9 +154,31 @@ std::vector<const Family*> fitting(const ModelSignature& model, uint32_t tasks) 
   return certain.empty() ? possible : certain;
 }
 
+Error nothing_fits(const ModelSignature& model, uint32_t tasks, const std::string& option) {
+  constexpr size_t kMaxDescribed = 8;
+  if (looks_like_picture(model)) return picture_instead_of_results(model, option + "deeplab");
+  const auto families = list_families(tasks);
+  const auto openable = list_openable(model, families);
+  const auto& described = openable.empty() ? families : openable;
+  const std::string needed = join(described, "; ", [](const Family* family) {
+    return std::string(family->name) + ": " + std::string(family->outputs);
+  });
+  return {.code = Code::SPEC_MISMATCH,
+          .what = "no head of this mode fits these outputs",
+          .offered = model.describe_outputs() + describe_input(model),
+          .needed = described.size() > kMaxDescribed
+                        ? "the outputs of one of these: " + list_names(described, "", ", ")
+                        : needed,
+          .fix = model.input.width == 0
+                     ? "tensor_decoder custom=input:640:640, the size of the model's input"
+                 : openable.empty()
+                     ? "another mode, or see docs/heads.md for the outputs that heads read"
+                     : list_names(openable, option.c_str(), " or ")};
+}
+
 const Family& recognise(const ModelSignature& model, uint32_t tasks) {
   const auto found = fitting(model, tasks);
-  if (found.empty()) throw Failure(nothing_fits(model, list_families(tasks)));
+  if (found.empty()) throw Failure(nothing_fits(model, tasks, "tensor_decoder custom=head:"));
   if (found.size() == 1) return *found[0];
   throw Failure({.code = Code::SPEC_MISMATCH,
                  .what = "the outputs fit several heads: " + list_names(found, "", ", "),

@@ -16,9 +16,13 @@ const Family& family_named(std::string_view name, uint32_t tasks);
 // possible. Throws Failure (SPEC_MISMATCH) for outputs that open_head() refuses by their size.
 std::vector<const Family*> fitting(const ModelSignature& model, uint32_t tasks);
 
-// The only family of fitting(). Throws Failure (SPEC_MISMATCH): none fits, with what families of
-// these tasks need; several fit, with custom=head: for each.
+// The only family of fitting(). Throws Failure (SPEC_MISMATCH): nothing_fits(); several fit, with
+// custom=head: for each.
 const Family& recognise(const ModelSignature& model, uint32_t tasks);
+
+// The error that no family fits, with those that read the outputs if the user names them by
+// `option` and their name, such as "--head ".
+Error nothing_fits(const ModelSignature& model, uint32_t tasks, const std::string& option);
 
 // Opens a head of this family. Throws Failure (SPEC_MISMATCH) for outputs without a size or with
 // more than 2^31 elements, and what the family's open() throws.

@@ -6,8 +6,25 @@
 #include <string_view>
 
 #include "core/heads/families.hpp"
+#include "core/heads/head_options.hpp"
+#include "core/text/text.hpp"
 
 namespace weir::heads {
+
+uint32_t stated_tasks(const ModelSignature& facts) {
+  constexpr std::pair<std::string_view, uint32_t> kStated[] = {
+      {"detect", kDetection},
+      {"obb", kDetection},
+      {"segment", kDetection | kSegmentation},
+      {"pose", kDetection | kPose},
+      {"classify", kClassification}};
+  const auto stated = metadata(facts, "task");
+  uint32_t all = 0;
+  for (const auto& [name, task] : kReadingModes) all |= task;
+  for (const auto& [name, tasks] : kStated)
+    if (equal_ignoring_case(stated, name)) return tasks;
+  return all;
+}
 
 std::vector<Reading> list_readings(const ModelSignature& facts, uint32_t tasks) {
   std::vector<Reading> out;
@@ -45,9 +62,7 @@ std::vector<Reading> likely(const std::vector<Reading>& readings, const ModelSig
 }
 
 std::optional<Reading> only_reading(const ModelSignature& facts) try {
-  uint32_t tasks = 0;
-  for (const auto& [name, task] : kReadingModes) tasks |= task;
-  const auto readings = likely(list_readings(facts, tasks), facts);
+  const auto readings = likely(list_readings(facts, stated_tasks(facts)), facts);
   return readings.size() == 1 ? std::optional(readings[0]) : std::nullopt;
 } catch (const Failure&) {
   return std::nullopt;  // outputs that no head takes

@@ -19,6 +19,10 @@ inline constexpr std::pair<const char*, Task> kReadingModes[] = {
     {"classification", kClassification},
     {"depth", kDepth}};
 
+// The tasks that the metadata of the model leaves, as Ultralytics writes them; else those of all
+// kReadingModes.
+uint32_t stated_tasks(const ModelSignature& facts);
+
 struct Reading {
   std::string mode;
   const Family* family = nullptr;

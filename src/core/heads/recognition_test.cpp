@@ -96,6 +96,35 @@ TEST(Recognition, TwoReadingsAreAnErrorThatNamesBoth) {
 TEST(Recognition, APictureThatContradictsTheCellsFitsNothing) {
   const std::string error = recognised({zeros("8400:84:1")}, {.input = {320, 320}, .labels = 80});
   EXPECT_SAYS(error, "no head of this mode fits these outputs");
+  EXPECT_SAYS(error, "offered: float32 8400:84:1 of an input of 320 x 320");
+  EXPECT_SAYS(error, "yolov8: 1 tensor N:4+CLASSES");
+  EXPECT_SAYS(error, "tensor_decoder custom=head:yolov8");
+  EXPECT_LT(error.size(), 1000u) << error;
+}
+
+TEST(Recognition, OutputsThatNoHeadOpensNameTheHeadsOnly) {
+  const std::string error = family({zeros("1000:1"), zeros("3:1")});
+  EXPECT_SAYS(error, "needed: the outputs of one of these: ");
+  EXPECT_SAYS(error, "another mode, or see docs/heads.md");
+  EXPECT_LT(error.size(), 700u) << error;
+}
+
+TEST(Recognition, TheStatedTaskRemovesOtherReadings) {
+  const auto read = [](const char* shape, const char* task) {
+    ModelSignature facts;
+    facts.input = k640;
+    facts.outputs = {{{.type = ElementType::Float32, .shape = Shape::parse(shape), .name = {}}}};
+    if (task) facts.metadata["task"] = task;
+    const auto reading = only_reading(facts);
+    return reading ? std::string(reading->family->name) : "";
+  };
+  EXPECT_EQ(read("640:640:1:1", nullptr), "") << "text, segments or depths";
+  EXPECT_EQ(read("640:640:1:1", "segment"), "deeplab");
+  EXPECT_EQ(read("640:640:1:1", "Segment"), "deeplab");
+  EXPECT_EQ(read("640:640:1:1", "detect"), "");
+  EXPECT_EQ(read("640:640:1:1", "of another writer"), "");
+  EXPECT_EQ(read("8400:56:1", nullptr), "");
+  EXPECT_EQ(read("8400:56:1", "detect"), "yolov8");
 }
 
 TEST(Recognition, AnotherModeHasOtherFamilies) {

@@ -79,7 +79,7 @@ class Db final : public Head {
 };
 
 Match fit_db(const ModelSignature& model) {
-  if (!find_map_size(model)) return Match::No;
+  if (!find_map_size(model) || !metadata(model, "task").empty()) return Match::No;
   return any_name_has(model, "sigmoid") ? Match::Certain : Match::Possible;
 }
 
