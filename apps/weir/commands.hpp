@@ -105,10 +105,10 @@ int serve(const ServeOptions& options);
 struct CardOptions {
   std::string model;   // a path
   std::string engine;  // "": by the file name
-  std::string output;  // "": NAME.card.json beside the model; "-": standard output
+  std::string output;  // "" or "-": standard output
 };
-// Writes what the model's file says of its inputs and outputs as a card, with a "?" for what it
-// does not say. Never replaces a file.
+// Writes what the model's file says of its inputs and outputs as a card, with what `weir try`
+// assumes, and a "?" for what is not known. Never replaces a file.
 int write_card(const CardOptions& options);
 
 struct EvaluateOptions {

@@ -313,10 +313,7 @@ void add_card(CLI::App* app, CardOptions* card) {
   auto* command = app->add_subcommand("card", "Write a model card to fill in");
   command->add_option("MODEL", card->model, kModelOrName)->required();
   add_engine(command, &card->engine);
-  command
-      ->add_option(
-          "--output,-o", card->output,
-          "The new file, or - for standard output; default: NAME.card.json next to the model")
+  command->add_option("--output,-o", card->output, "The new file; default: standard output")
       ->type_name("FILE");
 }
 

@@ -257,7 +257,7 @@ class Cards(BadCase):
 
     def test_another_file(self):
         self.refused_card(["WEIR-3009: the card next to the model belongs to a different file", "net.card.json: sha256 00000000",
-                           f"needed: sha256 {self.card['sha256']}", "fix: download the model again"], sha256="0" * 64)
+                           f"needed: sha256 {self.card['sha256']}: if you trained the model again", "fix: sed -i s/000"], sha256="0" * 64)
 
 
 if __name__ == "__main__":

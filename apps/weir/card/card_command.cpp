@@ -16,6 +16,8 @@
 #include "inspect/model_card.hpp"
 #include "models/catalogue.hpp"
 #include "report.hpp"
+#include "try/try_model.hpp"
+#include "weir/printable_text.hpp"
 
 namespace weir::app {
 namespace {
@@ -51,8 +53,18 @@ Result<std::string> card_text(const CardOptions& options) {
   if (!engine) return command_error(engine.error());
   const auto model = infer::Model::open(**engine, request);
   if (!model) return command_error(model.error());
-  const auto search = card_search(options.model, **model);
+  auto search = card_search(options.model, **model);
   if (search.inputs.empty()) return no_picture(options, **model);
+  TryOptions tried;
+  tried.model = options.model;
+  tried.engine = options.engine;
+  if (const auto read = try_model(tried); read && read->input) {
+    search.from_model = {*read->input};
+    search.decoder = read->mode;
+    if (!read->notes.empty())
+      std::fputs("The pixels and the mode are what weir try assumes: correct what is wrong.\n",
+                 stderr);
+  }
   return card::card_to_fill_in(search) + "\n";
 }
 
@@ -70,6 +82,12 @@ Error not_written(const CardOptions& options, const std::string& path, int reaso
   return out;
 }
 
+void print_place(const std::string& model) {
+  const auto beside = fs::path(model).replace_extension(".card.json").string();
+  std::fprintf(stderr, "\nTo write it where Weir finds it: weir card %s --output %s\n",
+               shell_word(model).c_str(), shell_word(beside).c_str());
+}
+
 }  // namespace
 
 int write_card(const CardOptions& given) {
@@ -79,19 +97,18 @@ int write_card(const CardOptions& given) {
   options.model = *model_file;
   const auto text = card_text(options);
   if (!text) return report(text.error(), false);
-  if (options.output == "-") {
+  if (options.output.empty() || options.output == "-") {
     std::fputs(text->c_str(), stdout);
+    if (options.output.empty()) print_place(options.model);
     return kExitGood;
   }
-  const std::string path = options.output.empty()
-                               ? fs::path(options.model).replace_extension(".card.json").string()
-                               : options.output;
+  const std::string& path = options.output;
   std::FILE* const file = std::fopen(path.c_str(), "wx");  // x: fails if it exists
   if (!file) return report(not_written(options, path, errno), false);
   const bool is_written = std::fputs(text->c_str(), file) >= 0;
   if (std::fclose(file) != 0 || !is_written)
     return report(not_written(options, path, errno), false);
-  std::printf("%s\n\nReplace each \"?\", then: weir inspect %s\n", path.c_str(),
+  std::printf("%s\n\nReplace each \"?\", then: weir inspect %s\n", printable_text(path).c_str(),
               shell_word(options.model).c_str());
   return kExitGood;
 }

@@ -226,7 +226,7 @@ void print_card(const Result<card::Card>& card, const infer::Model& model) {
   }
   if (!card && !has_pictures(model)) return;
   if (!card) {
-    std::printf("\nCard\n  none: %s; weir card writes one to fill in\n",
+    std::printf("\nCard\n  none: %s; weir card prints one\n",
                 printable_text(card.error().what).c_str());
     return;
   }

@@ -6,8 +6,12 @@ import hashlib
 import json
 import os
 import pathlib
+import re
+import subprocess
 import unittest
 
+import numpy
+import onnx_writer
 import tap_runner
 from weir_case import HAS_ONNX, MODEL, SOURCE, WITHOUT_LEAKS, Case, weir
 
@@ -55,9 +59,42 @@ class Inspect(Case):
         return model, weir("card", model, *words)
 
     @unittest.skipUnless(HAS_ONNX, "the engine onnxruntime is not built")
+    def test_a_card_has_what_weir_try_assumes(self):
+        """1344 cells are those of 256 x 256. The card reads them as weir try did without it."""
+        for metadata, decoder, resize, scale in (([("task", "detect")], "detection", "letterbox", [1 / 255]),
+                                                 ([("task", "?")], "classification?", "stretch, crop or letterbox?", ["?"])):
+            model, card_path = self.folder / "own.onnx", self.folder / "own.card.json"
+            model.write_bytes(onnx_writer.model(
+                [("ReduceMean", ("image",), "mean"), ("Add", ("mean", "a"), "out")], {"a": numpy.zeros((1, 1, 9, 1344), "f")},
+                [("image", (1, 3, 256, 256))], [("out", (1, 1, 9, 1344))], metadata))
+            places = {"WEIR_CARD_PATH": str(self.folder / "none"), **WITHOUT_LEAKS}
+            done = weir("card", model, **places)
+            card = json.loads(self.good(done))
+            self.assertEqual(os.listdir(self.folder), ["own.onnx"])
+            self.assertIn(f"weir card {model} --output {card_path}\n", done.stderr)
+            self.assertEqual((card["decoder"], card["inputs"][0]["resize"]), (decoder, resize))
+            if scale == ["?"]:
+                self.assertEqual(card["inputs"][0]["scale"], scale)
+                continue
+            numpy.testing.assert_allclose(card["inputs"][0]["scale"], scale)
+            assumed = weir("try", model, "test", "--json", **places)
+            self.good(weir("card", model, "--output", card_path, **places))
+            by_card = weir("try", model, "test", "--json", **places)
+            self.assertEqual(self.good(by_card), self.good(assumed))
+            self.assertIn(f"card={card_path}", by_card.stderr)
+            # The model is trained again: its card is corrected by the fix.
+            model.write_bytes(model.read_bytes() + b"\x72\x00")
+            refused = weir("try", model, "test", **places)
+            self.refused(refused, 1, "the card next to the model belongs to a different file", "if you trained the model again")
+            subprocess.run(re.search("fix: (sed .*)", refused.stderr)[1], shell=True, check=True)
+            self.good(weir("try", model, "test", "--json", **places))
+            card_path.unlink()
+
+    @unittest.skipUnless(HAS_ONNX, "the engine onnxruntime is not built")
     def test_a_card_to_fill_in_is_written_and_its_open_fields_are_all_named(self):
-        model, done = self.card()
+        model = self.folder / MODEL.name
         path = model.with_suffix(".card.json")
+        model, done = self.card("--output", path)
         self.assertIn(f"{path}\n\nReplace each \"?\", then: weir inspect {model}\n", self.good(done))
         card = json.loads(path.read_text())
         self.assertEqual((card["name"], card["model"]), ("clock_digits", "clock_digits.onnx"))
@@ -84,7 +121,7 @@ class Inspect(Case):
         output = self.good(weir("inspect", model))
         self.assertIn("Card\nWEIR-4001: the model card cannot be read\n", output)
         self.assertIn("first difference: it is a folder\n", output)
-        self.assertNotIn("weir card writes one", output)
+        self.assertNotIn("weir card prints one", output)
 
     @unittest.skipUnless(HAS_ONNX, "the engine onnxruntime is not built")
     def test_names_of_the_catalogue_are_models_too(self):

@@ -332,6 +332,7 @@ Status check_input(const TryOptions& options, const std::string& path, const inf
 Status prepare(const TryOptions& options, const Result<card::Card>& card, const infer::Model& model,
                const std::string& family, TryModel* out) {
   if (card) {
+    if (card->path.empty()) out->input = card->inputs[0];
     out->preparation = card->path.empty() ? card::preprocess_properties(card->inputs[0])
                                           : Properties{{"card", card->path}};
     return ok();
@@ -341,6 +342,7 @@ Status prepare(const TryOptions& options, const Result<card::Card>& card, const 
   const auto pixels =
       inputs.size() == 1 ? heads::usual_input(family, inputs[0], &note) : std::nullopt;
   if (!pixels) return takes_no_picture(options, out->path, model, out->mode);
+  out->input = pixels;
   out->preparation = card::preprocess_properties(*pixels);
   out->notes.push_back(note);
   return ok();

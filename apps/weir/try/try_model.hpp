@@ -1,19 +1,23 @@
 // What `weir try` knows of a model: how its pixels are prepared and its outputs are read.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "commands.hpp"
+#include "core/card/card.hpp"
 #include "launch/pipeline_description.hpp"
 #include "weir/result.hpp"
 
 namespace weir::app {
 
 struct TryModel {
-  std::string path;                // of the model file
-  std::string engine;              // that the user chose; "": by the file name
-  Properties preparation;          // of tensor_preprocess
+  std::string path;        // of the model file
+  std::string engine;      // that the user chose; "": by the file name
+  Properties preparation;  // of tensor_preprocess
+  // The input picture that the preparation is for, unless a card's file describes it.
+  std::optional<card::ImageInput> input;
   std::string mode;                // of tensor_decoder
   Properties decoder;              // further properties of tensor_decoder
   std::string labels;              // path of a label file; "" = none

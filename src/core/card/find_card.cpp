@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/config/install_paths.hpp"
+#include "core/text/shell_quote.hpp"
 #include "core/text/text.hpp"
 #include "machine/environment.hpp"
 
@@ -35,19 +36,24 @@ const char* color_name(Color color) {
   return color == Color::Gray ? "GRAY8" : color == Color::Rgb ? "RGB" : "BGR";
 }
 
-// `says_pixels`: the model's metadata say how the pixels are prepared.
-nlohmann::ordered_json input_to_fill_in(const ImageInput& input, bool says_pixels) {
+const char* fit_name(Fit fit) {
+  return fit == Fit::Stretch ? "stretch" : fit == Fit::Crop ? "crop" : "letterbox";
+}
+
+// `has_pixels`: it is known how the pixels are prepared.
+nlohmann::ordered_json input_to_fill_in(const ImageInput& input, bool has_pixels) {
   nlohmann::ordered_json out{{"name", input.name},
                              {"type", to_string(input.type)},
                              {"shape", input.shape},
                              {"layout", layout_name(input.layout)}};
   const bool is_gray = input.channels() == 1;
-  out["color"] = says_pixels ? color_name(input.color) : is_gray ? "GRAY8" : "RGB or BGR?";
+  out["color"] = has_pixels ? color_name(input.color) : is_gray ? "GRAY8" : "RGB or BGR?";
   out["mean"] = {"?"};
   out["scale"] = {"?"};
-  if (says_pixels) out["mean"] = input.mean;
-  if (says_pixels) out["scale"] = input.scale;
-  out["resize"] = "stretch, crop or letterbox?";
+  if (has_pixels) out["mean"] = input.mean;
+  if (has_pixels) out["scale"] = input.scale;
+  out["resize"] = has_pixels ? fit_name(input.resize) : "stretch, crop or letterbox?";
+  if (has_pixels && input.resize == Fit::Letterbox) out["padding"] = input.padding;
   return out;
 }
 
@@ -57,8 +63,11 @@ Result<Card> read_beside(const fs::path& beside, const Search& search) {
   return Error{.code = Code::CARD_INVALID,
                .what = "the card next to the model belongs to a different file",
                .offered = beside.string() + ": sha256 " + card->sha256,
-               .needed = "sha256 " + search.sha256(),
-               .fix = "download the model again, or correct sha256 in the card"};
+               .needed = "sha256 " + search.sha256() +
+                         ": if you trained the model again, correct the card by the fix; if you "
+                         "downloaded it, download it again",
+               .fix = "sed -i s/" + card->sha256 + "/" + search.sha256() + "/I " +
+                      shell_word(beside.string())};
 }
 
 Card card_from_model(const Search& search) {
@@ -87,15 +96,14 @@ std::string card_to_fill_in(const Search& search) {
                               {"model", fs::path(search.model).filename().string()},
                               {"sha256", search.sha256()},
                               {"task", "?"}};
-  const bool says_pixels = !search.from_model.empty();
-  for (const auto& input : says_pixels ? search.from_model : search.inputs)
-    card["inputs"].push_back(input_to_fill_in(input, says_pixels));
+  const bool has_pixels = !search.from_model.empty();
+  for (const auto& input : has_pixels ? search.from_model : search.inputs)
+    card["inputs"].push_back(input_to_fill_in(input, has_pixels));
   for (const auto& output : search.outputs)
     card["outputs"].push_back(
         {{"name", output.name}, {"type", output.type}, {"shape", output.shape}, {"meaning", "?"}});
-  card["labels"] = {{"file", "labels.txt?"}};
-  if (!search.labels_from_model.empty()) card["labels"] = search.labels_from_model;
-  card["decoder"] = "image_labeling?";
+  card["labels"] = search.labels_from_model;
+  card["decoder"] = search.decoder.empty() ? "classification?" : search.decoder;
   card["provenance"] = {{"source", "?"}, {"licence", "?"}};
   return card.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
 }

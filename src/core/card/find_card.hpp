@@ -21,8 +21,11 @@ struct Search {
   std::vector<std::string> folders;     // searched for *.card.json
   std::vector<ImageInput> from_model;   // from the model's own metadata; may be empty
   std::vector<std::string> labels_from_model;
-  std::vector<ImageInput> inputs;  // the model's inputs, for the card template
-  std::vector<Output> outputs;     // for the card template
+  // For the card template: the model's inputs, its outputs, and the mode of tensor_decoder that
+  // reads them, "" if it is not known.
+  std::vector<ImageInput> inputs;
+  std::vector<Output> outputs;
+  std::string decoder;
 };
 
 // Returns NAME.card.json next to NAME.onnx if its digest matches the model, else the card with that
