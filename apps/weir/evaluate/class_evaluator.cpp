@@ -17,6 +17,10 @@ class ClassEvaluator final : public Evaluator {
   explicit ClassEvaluator(const LabelledFolder& folder)
       : folder_(folder), labels_(folder.categories, folder.truth) {}
 
+  void set_model_labels(const std::vector<std::string>& labels) override {
+    labels_.set_model_labels(labels);
+  }
+
   Status add(size_t, const LabelledPicture& picture, const Json& frame) override {
     has_labels_ |= frame.contains("labels");
     const auto found = found_classes(frame, &labels_);
@@ -64,8 +68,10 @@ class ClassEvaluator final : public Evaluator {
 
   // Labels that are no class of the folder are wrong, but usual: networks know many classes.
   std::vector<Error> warnings() const override {
-    const auto warning = labels_.warning_about_names();
-    return warning ? std::vector<Error>{*warning} : std::vector<Error>();
+    std::vector<Error> out;
+    for (auto& warning : {labels_.warning_about_names(), labels_.warning_about_pixels()})
+      if (warning) out.push_back(*warning);
+    return out;
   }
 
  private:

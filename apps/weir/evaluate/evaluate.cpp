@@ -23,6 +23,7 @@ namespace fs = std::filesystem;
 struct Played {
   std::string name;
   PipelineDescription pipeline;
+  std::vector<std::string> labels;  // of a model, if they are known
 };
 
 // Scores and ranks need results that `weir try` would not show.
@@ -43,7 +44,7 @@ Result<Played> played(const EvaluateOptions& options, const std::string& model, 
   constexpr size_t kMaxCharacters = 100;
   std::error_code ignored;
   if (model.find('!') != std::string::npos && !fs::exists(model, ignored))
-    return Played{shortened(model, kMaxCharacters), PipelineDescription().text(model)};
+    return Played{shortened(model, kMaxCharacters), PipelineDescription().text(model), {}};
   if (kind == Labelled::Tracks)
     return Error{.code = Code::SPEC_MISMATCH,
                  .what = "a model alone does not track objects",
@@ -67,7 +68,8 @@ Result<Played> played(const EvaluateOptions& options, const std::string& model, 
       std::fprintf(stderr, "%s\n", printable_text(note).c_str());
   for (auto& property : decoder_properties(kind)) known->decoder.push_back(std::move(property));
   return Played{fs::path(known->path).filename().string(),
-                PipelineDescription().text("videoconvert ! ").append(result_elements(*known))};
+                PipelineDescription().text("videoconvert ! ").append(result_elements(*known)),
+                std::move(known->names)};
 }
 
 class Evaluating {
@@ -83,6 +85,7 @@ class Evaluating {
     if (!what) return what.error();
     auto evaluator = make_evaluator(folder_, options_);
     if (!evaluator) return evaluator.error();
+    (*evaluator)->set_model_labels(what->labels);
     if (!options_.json) std::fprintf(stderr, "%s\n", what->pipeline.pasted().c_str());
     size_t pictures = 0;
     ProgressBar bar(folder_.pictures(), "pictures");

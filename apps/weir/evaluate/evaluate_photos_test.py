@@ -1,12 +1,17 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""weir evaluate with photos that say how they must be turned."""
+"""weir evaluate with photos that say how they must be turned, and with a card that lacks how pixels are prepared."""
 
+import hashlib
 import json
+import unittest
 
+import numpy
+import onnx_writer
 import tap_runner
 from evaluation_case import SIZE, Coco, scores, write_picture
 from PIL import Image
+from weir_case import HAS_ONNX, WITHOUT_LEAKS, Case, weir
 
 
 class Photos(Coco):
@@ -59,6 +64,29 @@ class Photos(Coco):
             done = self.evaluate("--json")
             self.assertEqual(done.returncode, 0, (at - start, done.stdout, done.stderr))
             self.assertEqual(scores(done)["AP50"], 1, at - start)
+
+@unittest.skipUnless(HAS_ONNX, "the engine onnxruntime is not built")
+class OwnModel(Case):
+    def test_a_card_without_mean_and_scale_is_an_accuracy_of_zero(self):
+        """Trained on pixels of 0 to 1: others are 2 m - 1.2, which is more than the mean m if pixels are bytes."""
+        model, labels = self.folder / "own.onnx", ["dark", "light", *(f"other {i}" for i in range(6))]
+        weights = numpy.array([[0, 1] + 6 * [2]], "f")
+        bias = numpy.array([[0.5, 0] + [-1.2] * 6], "f")
+        model.write_bytes(onnx_writer.model(
+            [("ReduceMean", ("image",), "mean"), ("Flatten", ("mean",), "one"), ("MatMul", ("one", "w"), "m"), ("Add", ("m", "b"), "scores")],
+            {"w": weights, "b": bias}, [("image", (1, 3, 8, 8))], [("scores", (1, 8))]))
+        for grey, name in ((40, "dark"), (250, "light")):
+            (self.folder / "set" / name).mkdir(parents=True)
+            Image.new("RGB", (8, 8), (grey, grey, grey)).save(self.folder / "set" / name / "one.png")
+        card = {"name": "own", "model": "own.onnx", "sha256": hashlib.sha256(model.read_bytes()).hexdigest(), "task": "x",
+                "inputs": [{"name": "image", "type": "float32", "shape": [1, 3, 8, 8], "layout": "NCHW", "color": "RGB"}],
+                "decoder": "classification", "labels": labels, "provenance": {"source": "x", "licence": "x"}}
+        for scale, accuracy in (([1 / 255], 1), ([], 0)):
+            card["inputs"][0]["scale"] = scale
+            model.with_suffix(".card.json").write_text(json.dumps(card))
+            done = weir("evaluate", model, self.folder / "set", "--json", **WITHOUT_LEAKS)
+            self.assertEqual(scores(done)["top-1"], accuracy, done.stderr)
+            self.assertEqual("although the model has such classes" in done.stdout, accuracy == 0)
 
 
 if __name__ == "__main__":

@@ -61,6 +61,8 @@ struct Evaluation {
 class Evaluator {
  public:
   virtual ~Evaluator() = default;
+  // The names of the model's classes, if they are known.
+  virtual void set_model_labels(const std::vector<std::string>& labels) { (void)labels; }
   // Whether the picture fits its truth. An error leaves it out.
   virtual Status accept(const LabelledPicture& picture, const DecodedPicture& decoded);
   // The pictures of a sequence come in their order.

@@ -43,6 +43,12 @@ LabelMatcher::LabelMatcher(std::vector<std::string> categories, std::string trut
   for (size_t i = 0; i < categories_.size(); ++i) by_name_.emplace(plain_name(categories_[i]), i);
 }
 
+void LabelMatcher::set_model_labels(const std::vector<std::string>& labels) {
+  has_model_category_ = std::any_of(labels.begin(), labels.end(), [&](const std::string& label) {
+    return by_name_.contains(plain_name(label));
+  });
+}
+
 std::optional<size_t> LabelMatcher::find_category(const Json& object) {
   const std::string label = object.value("label", "");
   const auto named = by_name_.find(plain_name(label));
@@ -63,7 +69,7 @@ std::optional<size_t> LabelMatcher::find_category(const Json& object) {
 }
 
 Status LabelMatcher::check() const {
-  if (unknown_.empty() || is_any_known_) return ok();
+  if (unknown_.empty() || is_any_known_ || has_model_category_) return ok();
   std::vector<std::string> names;
   for (const auto& [name, count] : unknown_) names.push_back(name);
   return Error{.code = Code::LABELS_INVALID,
@@ -82,6 +88,17 @@ std::optional<Error> LabelMatcher::warning_about_names() const {
       .offered = unnamed_->first,
       .needed = "names; this class is assigned to " + categories_[unnamed_->second],
       .fix = "--labels FILE, with the name of one class on each line"};
+}
+
+std::optional<Error> LabelMatcher::warning_about_pixels() const {
+  if (unknown_.empty() || is_any_known_) return std::nullopt;
+  std::vector<std::string> names;
+  for (const auto& [name, count] : unknown_) names.push_back(name);
+  return Error{.code = Code::LABELS_INVALID,
+               .what = "no result is a class of the folder, although the model has such classes",
+               .offered = format_some(names),
+               .needed = truth_ + ": " + format_some(categories_),
+               .fix = "the card's color, mean and scale, if they are not those of the training"};
 }
 
 std::optional<Error> LabelMatcher::warning_about_labels() const {

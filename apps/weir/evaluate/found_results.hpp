@@ -20,13 +20,18 @@ class LabelMatcher {
   // `truth`: the path that names the categories, for messages.
   LabelMatcher(std::vector<std::string> categories, std::string truth);
 
+  // The names of the model's classes, if they are known.
+  void set_model_labels(const std::vector<std::string>& labels);
   std::optional<size_t> find_category(const Json& object);
 
-  // LABELS_INVALID when there were labels and none of them is a category.
+  // LABELS_INVALID when there were labels, and neither one of them nor one of the model is a
+  // category.
   Status check() const;
   // What was assumed of classes without names, and which labels are no categories.
   std::optional<Error> warning_about_names() const;
   std::optional<Error> warning_about_labels() const;
+  // That no result is a category though the model has some of them.
+  std::optional<Error> warning_about_pixels() const;
   const std::vector<std::string>& categories() const noexcept { return categories_; }
 
  private:
@@ -35,7 +40,8 @@ class LabelMatcher {
   std::map<std::string, size_t> by_name_;
   std::map<std::string, size_t> unknown_;                  // how often
   std::optional<std::pair<std::string, size_t>> unnamed_;  // the first class without a name
-  bool is_any_known_ = false;
+  bool is_any_known_ = false;                              // of the results
+  bool has_model_category_ = false;  // the labels of the model have a category
 };
 
 std::optional<evaluate::Rectangle> parse_box(const Json& object);

@@ -28,6 +28,10 @@ class ObjectEvaluator final : public Evaluator {
   ObjectEvaluator(const LabelledFolder& folder, const EvaluateOptions& options)
       : folder_(folder), metric_(options.metric), labels_(folder.categories, folder.truth) {}
 
+  void set_model_labels(const std::vector<std::string>& labels) override {
+    labels_.set_model_labels(labels);
+  }
+
   Status add(size_t, const LabelledPicture& picture, const Json& frame) override {
     pictures_.push_back({picture.objects, found_objects(frame, &labels_)});
     paths_.push_back(&picture.path);

@@ -189,12 +189,12 @@ std::vector<std::string> found_labels(const decoders::StreamModel& model, const 
 
 struct ModelLabels {
   std::string file;  // for the property labels; "" where it is not needed
-  size_t count = 0;
+  std::vector<std::string> names;
 };
 
 Result<ModelLabels> labels_of_user(const std::string& file) {
   try {
-    return ModelLabels{file, read_label_file("--labels", file).size()};
+    return ModelLabels{file, read_label_file("--labels", file)};
   } catch (const Failure& failure) {
     return failure.error();
   }
@@ -208,10 +208,10 @@ Result<ModelLabels> read_labels(const TryOptions& options, const Result<card::Ca
     const auto of_card = card::read_labels(*card, path, card::card_folders());
     if (of_card && !of_card->empty()) names = *of_card;
   }
-  if (names.empty() || names == found_labels(model, path)) return ModelLabels{"", names.size()};
+  if (names.empty() || names == found_labels(model, path)) return ModelLabels{"", std::move(names)};
   auto file = kept_labels(names, path);
   if (!file) return file.error();
-  return ModelLabels{*std::move(file), names.size()};
+  return ModelLabels{*std::move(file), std::move(names)};
 }
 
 Error no_dictionary(const std::string& model) {
@@ -368,8 +368,9 @@ Result<TryModel> try_model(const TryOptions& options) {
   auto labels = read_labels(options, card, facts, out.path);
   if (!labels) return labels.error();
   out.labels = labels->file;
+  out.names = std::move(labels->names);
 
-  const auto family = decode(options, card, facts, labels->count, &out);
+  const auto family = decode(options, card, facts, out.names.size(), &out);
   if (!family) return family.error();
   if (auto status = prepare(options, card, **model, *family, &out); !status) return status.error();
   return out;

@@ -21,6 +21,7 @@ struct TryModel {
   std::string mode;                // of tensor_decoder
   Properties decoder;              // further properties of tensor_decoder
   std::string labels;              // path of a label file; "" = none
+  std::vector<std::string> names;  // of the classes, as far as they are known
   std::vector<std::string> notes;  // what was assumed, for people
 };
 
