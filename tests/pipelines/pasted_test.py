@@ -373,6 +373,14 @@ class FixLines(unittest.TestCase):
                 self.assertIn(equivalent, re.search("needed: (.*)", text)[1])
                 self.assertEqual(re.findall("fix: (.*)", text), [fix] if fix else [])
 
+    def test_the_guide_names_the_equivalents_that_the_errors_name(self):
+        source = (SOURCE / "apps/weir/launch/pipeline_text.cpp").read_text()
+        rows = re.findall(r"(?m)^\| (`gva\w+`) \| (.*) \|$", (SOURCE / "docs/guide/from-dlstreamer.md").read_text())
+        table = {name.strip("`"): re.sub(r"\[([^]]*)\]\([^)]*\)", r"\1", cell).replace("`", "") for name, cell in rows}
+        self.assertEqual(sorted(table), sorted(re.findall(r'Foreign\{"(\w+)", kDlStreamer', source)))
+        for name, cell in table.items():
+            needed = re.search("needed: (.*)", run(f"videotestsrc ! {name} ! fakesink").stderr)[1]
+            self.assertTrue(cell.startswith(needed.partition("; weir try")[0]), (name, cell, needed))
 
 
 class Links(unittest.TestCase):
