@@ -359,6 +359,30 @@ class FixLines(unittest.TestCase):
                f"t. ! queue ! tensor_converter ! filesink location={self.folder}/out")
         self.assertEqual(numpy.fromfile(self.folder / "out", "float32").tolist(), [1, 3, 6, 10])
 
+    def test_an_input_of_a_model_can_be_a_constant(self):
+        model = self.model("scaled", ("Mul", ["x", "k"], "y"), inputs=[("x", (1, 4)), ("k", (1, 4))], outputs=[("y", (1, 4))])
+        x, k = numpy.arange(12, dtype="float32").reshape(3, 4), numpy.array([1, 2, 3, 4], "float32")
+        x.tofile(self.folder / "x")
+        k.tofile(self.folder / "k")
+        converter = "blocksize=16 ! application/octet-stream,framerate=30/1 ! tensor_converter input-dim=4:1 input-type=float32 !"
+        text = run(f"filesrc location={self.folder}/x {converter} tensor_filter model={model} ! fakesink").stderr
+        self.assertIn("no tensor for k", text)
+        self.assertIn("for a constant, a stream of one frame, and sync-mode=refresh", text)
+        done = run(f"tensor_mux name=m sync-mode=refresh ! tensor_filter model={model} ! filesink location={self.folder}/y "
+                   f"filesrc location={self.folder}/x {converter} m.sink_0 filesrc location={self.folder}/k {converter} m.sink_1")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        numpy.testing.assert_array_equal(numpy.fromfile(self.folder / "y", "float32").reshape(3, 4), x * k)
+
+    def test_a_stream_that_nothing_decodes_needs_a_converter_of_its_own(self):
+        for media, name in (("application/x-event-stream,framerate=30/1", "event-stream"), ("application/vnd.imu+raw", "vnd-imu-raw")):
+            text = run(f"filesrc location=/dev/zero ! {media} ! tensor_converter ! fakesink").stderr
+            self.assertIn(f"needed: a module that converts {media.partition(',')[0]}, in a folder of WEIR_MODULE_PATH", text)
+            fix = re.search("fix: (.*)", text)[1]
+            self.assertEqual(fix, f"weir new converter {name}")
+            self.assertNotIn("decodebin", text)
+            made = subprocess.run([os.environ["WEIR_COMMAND"], *fix.split()[1:]], cwd=self.folder, capture_output=True, text=True, check=False)
+            self.assertEqual(made.returncode, 0, made.stderr)
+
     def test_elements_of_other_projects_have_an_equivalent(self):
         for name, equivalent, fix in (("gvadetect model=a.onnx device=CPU", "tensor_filter", "weir try a.onnx photo.jpg"),
                                       ("onnxinference model-file=b.onnx", "tensor_preprocess", "weir try b.onnx photo.jpg"),

@@ -69,6 +69,20 @@ std::string refusal_of_chosen(const Inspected& found) {
   return error.difference.empty() ? error.what : error.difference;
 }
 
+// Sizes can be guessed of some dimensions, but not of all: such a line would only fail.
+void note_refusal(const std::string& refusal, const Inspected& found, LaunchLine* line) {
+  line->notes.push_back("the model rejects the sizes in this line: " + refusal);
+  const bool has_no_sizes =
+      std::any_of(found.inputs.begin(), found.inputs.end(),
+                  [](const weir_tensor_info& info) { return info.rank == WEIR_RANK_UNKNOWN; });
+  if (!has_no_sizes) return;
+  line->command.clear();
+  line->notes = {
+      "the file does not have the dimensions of its inputs; with those of your model, " +
+      inspect_command(found.model, found.framework, "--input 3:224:224:1 --inputtype float32") +
+      " prints a pipeline"};
+}
+
 LaunchLine make_line(const InspectOptions& options, const Inspected& found,
                      const Result<card::Card>& card) {
   std::string properties = property_text(options.tensors);
@@ -78,7 +92,7 @@ LaunchLine make_line(const InspectOptions& options, const Inspected& found,
                           card ? card::preparation(card->inputs[0]) : "", properties);
   const bool chose = std::any_of(found.inputs.begin(), found.inputs.end(), leaves_open);
   if (const auto refusal = chose ? refusal_of_chosen(found) : ""; !refusal.empty())
-    line.notes.push_back("the model rejects the sizes in this line: " + refusal);
+    note_refusal(refusal, found, &line);
   if (found.inputs.empty())
     line.notes.push_back(
         inspect_command(found.model, found.framework, "--input 3:224:224:1 --inputtype uint8") +

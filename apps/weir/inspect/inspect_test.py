@@ -191,12 +191,12 @@ class Inspect(Case):
         self.assertEqual(report["engine"]["version"], "3.1")
 
     @unittest.skipUnless(LENET.is_file() and "pytorch" in os.environ["WEIR_MODULE_PATH"], "pytorch is not built, or ../shared is not there")
-    def test_what_a_line_chose_and_the_model_does_not_take_is_reported(self):
+    def test_a_model_without_declared_inputs_gets_no_line_that_fails(self):
         report = json.loads(self.good(weir("inspect", "--json", LENET, **WITHOUT_LEAKS)))
-        self.assertIn(f"the model leaves sizes open; the line uses --input 1 --inputtype float32; for other sizes, run weir inspect --input "
-                      f"DIMENSIONS --inputtype TYPES {LENET}", report["notes"])
-        refused = [note for note in report["notes"] if note.startswith("the model rejects the sizes in this line: ")]
-        self.assertRegex(" ".join(refused), "Dimension out of range")
+        self.assertEqual((report["launch"], report["notes"]), ("", [
+            "the file does not have the dimensions of its inputs; with those of your model, weir inspect --input 3:224:224:1 --inputtype float32 "
+            f"{LENET} prints a pipeline"]))
+        self.assertIn("To run it\n  note: the file does not have", self.good(weir("inspect", LENET, **WITHOUT_LEAKS)))
         report = json.loads(self.good(weir("inspect", "--json", "--input", "1:28:28:1", "--inputtype", "uint8", LENET, **WITHOUT_LEAKS)))
         self.assertFalse(any("chose" in note for note in report["notes"]))
         self.runs(report["launch"], **WITHOUT_LEAKS)

@@ -256,11 +256,23 @@ bool is_raw(GstCaps* caps) {
   return can_link(caps, raw.get());
 }
 
+// Whether decodebin has an element that reads the caps.
+bool can_decode(GstCaps* caps) {
+  if (is_raw(caps)) return false;
+  GList* const all =
+      gst_element_factory_list_get_elements(GST_ELEMENT_FACTORY_TYPE_DECODABLE, GST_RANK_MARGINAL);
+  GList* const fit = gst_element_factory_list_filter(all, caps, GST_PAD_SINK, FALSE);
+  const bool out = fit != nullptr;
+  gst_plugin_feature_list_free(fit);
+  gst_plugin_feature_list_free(all);
+  return out;
+}
+
 // "" when none fits.
 std::string converter_between(GstCaps* from, GstCaps* to) {
   for (const auto& converter : kConverters) {
     const bool decodes = std::string_view(converter.first) == "decodebin";
-    if (decodes && is_raw(from)) continue;  // its pad takes any caps
+    if (decodes && !can_decode(from)) continue;  // its pad takes any caps
     const auto output = std::string_view(converter.output).find('/') == std::string_view::npos
                             ? template_caps(converter.output, GST_PAD_SRC)
                             : gst::Ref<GstCaps>::adopt(gst_caps_from_string(converter.output));
@@ -303,6 +315,25 @@ bool links_up_to(const std::string& text, size_t place) {
   return false;
 }
 
+// "application/x-event-stream" -> "event-stream", as `weir new` takes names.
+std::string name_of_converter(const std::string& media_type) {
+  std::string out;
+  for (const char c : lower(media_type.substr(media_type.find('/') + 1)))
+    out += std::isalnum(static_cast<unsigned char>(c)) ? c : '-';
+  if (out.starts_with("x-")) out.erase(0, 2);
+  return out;
+}
+
+// For a stream that only a converter of the user can read.
+void propose_converter(GstCaps* offered, Error* out) {
+  if (gst_caps_is_any(offered) || gst_caps_is_empty(offered) || is_raw(offered)) return;
+  const std::string type = gst_structure_get_name(gst_caps_get_structure(offered, 0));
+  out->needed = "a module that converts " + type +
+                ", in a folder of WEIR_MODULE_PATH; the fix makes the source of one "
+                "(docs/guide/use-a-sensor.md)";
+  out->fix = "weir new converter " + name_of_converter(type);
+}
+
 }  // namespace
 
 std::optional<Error> refused_link(const std::string& text, const std::string& message) {
@@ -328,6 +359,8 @@ std::optional<Error> refused_link(const std::string& text, const std::string& me
   const bool is_usual = refused->refusing.empty() || has_caps;
   if (!offered || !is_usual) return out;
   const std::string converter = converter_between(offered.get(), needed.get());
+  if (converter.empty() && to == "tensor_converter" && has_caps)
+    propose_converter(offered.get(), &out);
   if (converter.empty()) return out;
   const std::string inserted = converter + " ! ";
   const std::string mended = text.substr(0, link->at) + inserted + text.substr(link->at);

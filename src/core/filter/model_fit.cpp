@@ -252,7 +252,9 @@ Error other_number(const std::vector<ModelTensor>& model, const std::vector<Tens
     if (!matches[i])
       missing.push_back(model[i].name.empty() ? "input " + std::to_string(i) : model[i].name);
   out.difference = "no tensor for " + join(missing, ", ");
-  out.needed += ": a stream for each input, joined by tensor_mux in their order";
+  out.needed +=
+      ": a stream for each input, joined by tensor_mux in their order; for a constant, a "
+      "stream of one frame, and sync-mode=refresh";
   return out;
 }
 

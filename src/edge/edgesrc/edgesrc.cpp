@@ -363,17 +363,16 @@ class Edgesrc : public gst::Element<Edgesrc, gst::PushSource> {
         .code = Code::SERVER_UNREACHABLE,
         .what = "the edgesink has closed the connection",
         .offered = is_local ? "path=" + s.path : s.dest_host + ":" + std::to_string(s.dest_port),
-        .needed =
-            is_local
-                ? "an edgesink that ends its stream with EOS"
-                : "an edgesink that keeps running: its protocol cannot signal the end of a stream",
-        .fix = "reconnect=true, which waits for the next edgesink"};
+        .needed = is_local
+                      ? "an edgesink that ends its stream with EOS"
+                      : "an edgesink that keeps running: its protocol cannot signal the end of a "
+                        "stream; the fix waits for the next edgesink",
+        .fix = "reconnect=true"};
   }
 
   bool set_caps(const Ref<GstCaps>& caps) {
     if (caps_ && gst_caps_is_equal(caps_.get(), caps.get())) return true;
-    const auto status =
-        gst::check_downstream(pad(), caps.get(), "a capsfilter with the caps of the edgesink");
+    const auto status = gst::check_downstream(pad(), caps.get(), "");
     if (!status) {
       // NNStreamer's protocol leaves the caps to the capsfilter.
       if (settings().protocol == EdgeProtocol::Edge && fixed_caps_of_downstream()) {

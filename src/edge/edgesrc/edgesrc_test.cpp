@@ -81,6 +81,7 @@ TEST_F(EdgeLocalSource, DownstreamThatTakesOtherCapsIsNamed) {
       gst_bus_timed_pop_filtered(bus.get(), 60 * GST_SECOND, GST_MESSAGE_ERROR));
   EXPECT_SAYS(get_text(message.get()), "does not accept its output");
   EXPECT_SAYS(get_text(message.get()), "video/x-raw");
+  EXPECT_SAYS(get_text(message.get()), "fix: other/tensors,format=static,dimensions=(string)");
   gst_element_set_state(pipeline.get(), GST_STATE_NULL);
 }
 

@@ -360,10 +360,7 @@ class TensorQueryClient : public gst::PlainFilter<TensorQueryClient> {
     if (!caps) return caps.error();
     const bool are_new = !output_caps_ || !gst_caps_is_equal(caps->get(), output_caps_.get());
     if (are_new)
-      if (auto status = gst::check_downstream(
-              source_, caps->get(), "downstream elements that accept the answers of the server");
-          !status)
-        return status;
+      if (auto status = gst::check_downstream(source_, caps->get(), ""); !status) return status;
     if (auto status = (*link)->confirm(io::deadline_in(time)); !status) return status;
     exchange_.open(*std::move(link), input_caps_.get(), caps->get());
     if (std::exchange(was_connected_, true)) ++reconnections_;

@@ -395,9 +395,21 @@ bool downstream_accepts(GstPad* source_pad, const PeerCaps& peer, GstCaps* caps)
          (!gst_caps_is_fixed(caps) || gst_pad_peer_query_accept_caps(source_pad, caps));
 }
 
+namespace {
+
+std::string make_caps_fix(const GstCaps* caps) {
+  if (const auto spec = spec_from_caps(caps); spec && spec->info_valid())
+    return caps_to_paste(*spec);
+  return UniqueText(gst_caps_to_string(caps)).get();
+}
+
+}  // namespace
+
+// Without a `fix`, it is the caps themselves.
 Status check_downstream(GstPad* source_pad, GstCaps* caps, std::string fix) {
   const PeerCaps peer(source_pad);
   if (downstream_accepts(source_pad, peer, caps)) return ok();
+  if (fix.empty()) fix = make_caps_fix(caps);
   return downstream_mismatch(source_pad, peer.caps.get(),
                              UniqueText(gst_caps_to_string(caps)).get(), std::move(fix));
 }
