@@ -310,7 +310,7 @@ void add_inspect(CLI::App* app, InspectOptions* options) {
 }
 
 void add_card(CLI::App* app, CardOptions* card) {
-  auto* command = app->add_subcommand("card", "Write a model card to fill in");
+  auto* command = app->add_subcommand("card", "Print a model card");
   command->add_option("MODEL", card->model, kModelOrName)->required();
   add_engine(command, &card->engine);
   command->add_option("--output,-o", card->output, "The new file; default: standard output")
