@@ -110,6 +110,22 @@ class Empty(unittest.TestCase):
         frames = self.frames(arrays, f"appsrc name=in caps={FLEXIBLE} ! tensor_filter model={path}")
         self.assertEqual([frame[0].ravel().tolist() for frame in frames], [[0, 9, 0, 0], [0, 0, 0, 0], [9, 0, 0, 9]])
 
+    def test_a_script_in_a_worker_process_gets_what_it_gets_without_one(self):
+        path = self.filter(["return [np.array([arrays[0].size], np.float32)]"], "[TensorShape([1, 1], np.float32)]")
+        arrays = [np.array([1], np.float32), np.zeros((0,), np.float32), np.array([0, 3], np.float32)]
+        frames = [[frame[0].ravel().tolist() for frame in self.frames(
+            arrays, f"appsrc name=in caps={FLEXIBLE} ! tensor_filter model={path} {isolate}")] for isolate in ("", "isolate=process")]
+        self.assertEqual(frames, [[[1], [0], [2]]] * 2)
+
+    def test_are_gaps_of_sound(self):
+        for caps in ("audio/x-raw,format=F32LE,rate=8000,channels=2,layout=interleaved", "audio/x-raw,format=S16LE,rate=8000,channels=1"):
+            columns, kind = (2, np.float32) if "F32LE" in caps else (1, np.int16)
+            arrays = [np.zeros((4, columns), kind), np.zeros((0, columns), kind), np.ones((4, columns), kind)]
+            for source in (f"appsrc name=in caps={caps}", f"appsrc name=in ! {caps}"):
+                frames = self.frames(arrays, source, "appsink")
+                self.assertEqual([(frame.pts, len(bytes(frame[0]))) for frame in frames],
+                                 [(0, arrays[0].nbytes), (80 * MS, arrays[2].nbytes)], source)
+
     def test_a_converter_waits_for_more(self):
         path = self.script("lines.py", """class CustomConverter:
     def __init__(self): self.rest = b""

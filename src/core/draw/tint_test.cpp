@@ -103,5 +103,19 @@ TEST(TintClasses, PixelsTakeTheNearestClass) {
   }
 }
 
+// Maps without rows or columns are those of a network that saw nothing.
+TEST(TintClasses, MapsWithoutElementsChangeNothing) {
+  for (const auto& [width, height] : {std::pair{5u, 0u}, {0u, 5u}, {0u, 0u}}) {
+    TestPicture picture("RGB", 20, 10);
+    auto canvas = picture.canvas();
+    const Paint paint = make_paint(picture.picture, class_color(1));
+    tint_classes(
+        Area{0, 0, 20, 10}, width, height, {}, 128, [&](uint16_t) { return &paint; }, &canvas);
+    for (int64_t y = 0; y < 10; ++y)
+      for (int64_t x = 0; x < 20; ++x)
+        ASSERT_EQ(*picture.sample(0, x, y), 7) << width << ":" << height << " at " << x << "," << y;
+  }
+}
+
 }  // namespace tint_test
 }  // namespace weir::draw
