@@ -90,6 +90,38 @@ TEST(EmptyTensors, AreEmptyListsOfResults) {
   }
 }
 
+// A drawing of no results is a picture without a pixel that is seen, so that a mixer goes on.
+TEST(EmptyTensors, AreTransparentPictures) {
+  struct Drawing {
+    const char* launch;
+    Shape found, nothing;
+    size_t rank;
+  };
+  for (const Drawing& drawing :
+       {Drawing{"tensor_decoder mode=bounding_boxes option1=yolov10 option4=8:8 option5=8:8",
+                {6, 1},
+                {6, 0},
+                2},
+        Drawing{"tensor_decoder mode=pose_estimation option1=8:8 option2=2:2",
+                {14, 2, 2},
+                {14, 2, 0},
+                3}}) {
+    auto h = make_harness(drawing.launch, kFlexibleCaps);
+    for (const Shape& shape : {drawing.found, drawing.nothing, drawing.found}) {
+      TensorSpec spec{ElementType::Float32, shape, ""};
+      spec.shape.set_rank(drawing.rank);
+      const std::vector<float> values(spec.shape.count().value_or(0), 0.5f);
+      ASSERT_EQ(gst_harness_push(h.get(), flexible_frame(spec, values)), GST_FLOW_OK);
+    }
+    const Bytes transparent(4 * 8 * 8);
+    for (const bool is_drawn : {true, false, true}) {
+      const auto out = pull(h);
+      ASSERT_TRUE(out) << drawing.launch;
+      EXPECT_EQ(content(out.get()) != transparent, is_drawn) << drawing.launch;
+    }
+  }
+}
+
 struct Lossy {
   const char* name;
   const char* launch;
