@@ -17,7 +17,8 @@ Registry& registry() {
   return all;
 }
 
-constexpr char kServerEvent[] = "WeirQueryServer", kOutputQuery[] = "WeirQueryServerOutput";
+constexpr char kServerEvent[] = "WeirQueryServer", kOutputQuery[] = "WeirQueryServerOutput",
+               kRate[] = "framerate";
 
 }  // namespace
 
@@ -54,14 +55,26 @@ bool is_server_event(GstEvent* event) {
          gst_event_has_name(event, kServerEvent);
 }
 
-gst::Ref<GstQuery> make_output_query() {
-  return gst::Ref<GstQuery>::adopt(
-      gst_query_new_custom(GST_QUERY_CUSTOM, gst_structure_new_empty(kOutputQuery)));
+gst::Ref<GstQuery> make_output_query(const GstCaps* input) {
+  // Serialized: a queue must not let it overtake the caps.
+  constexpr int kNumber = 200;  // of GST_QUERY_CUSTOM, which is not serialized
+  constexpr auto kType = static_cast<GstQueryType>(
+      GST_QUERY_MAKE_TYPE(kNumber, GST_QUERY_TYPE_DOWNSTREAM | GST_QUERY_TYPE_SERIALIZED));
+  GstStructure* content = gst_structure_new_empty(kOutputQuery);
+  const GValue* rate = gst_structure_get_value(gst_caps_get_structure(input, 0), kRate);
+  if (rate && GST_VALUE_HOLDS_FRACTION(rate)) gst_structure_set_value(content, kRate, rate);
+  return gst::Ref<GstQuery>::adopt(gst_query_new_custom(kType, content));
 }
 
 bool is_output_query(GstQuery* query) {
-  return GST_QUERY_TYPE(query) == GST_QUERY_CUSTOM &&
-         gst_structure_has_name(gst_query_get_structure(query), kOutputQuery);
+  const GstStructure* content = gst_query_get_structure(query);
+  return content && gst_structure_has_name(content, kOutputQuery);
+}
+
+Fraction get_input_rate(GstQuery* query) {
+  int n = 0, d = 1;
+  gst_structure_get_fraction(gst_query_get_structure(query), kRate, &n, &d);
+  return {n, d};
 }
 
 }  // namespace weir

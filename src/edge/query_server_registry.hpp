@@ -19,9 +19,11 @@ std::shared_ptr<QueryServer> find_server(uint32_t id);
 // looks for its server.
 GstEvent* make_server_event();
 bool is_server_event(GstEvent* event);
-// A tensor_query_serversrc sends it downstream after its caps, so that tensor_query_serversink
-// tells its server what is known of the responses before the first request.
-gst::Ref<GstQuery> make_output_query();
+// A tensor_query_serversrc sends it downstream after its caps, `input`, so that
+// tensor_query_serversink reports to its server what is known of the responses before the first
+// request.
+gst::Ref<GstQuery> make_output_query(const GstCaps* input);
 bool is_output_query(GstQuery* query);
+Fraction get_input_rate(GstQuery* query);  // 0/1 if the caps had none
 
 }  // namespace weir

@@ -95,6 +95,15 @@ class Responses(Served):
         self.assertIn("4:2:1", greeting["capability"])
         self.assertEqual([[len(memory) for memory in response] for response in responses], [[8]])
 
+    def test_the_first_greeting_has_the_caps_of_the_responses_also_behind_a_queue(self):
+        for _ in range(5):
+            pipeline = self.serve(f"tensor_query_serversrc port=0 caps={FOUR.replace('0/1', '30/1')} ! queue ! tensor_transform mode=typecast option=int16 ! "
+                                  "tensor_query_serversink")
+            first, second = (self.client(pipeline, [b"abcd"])[0]["capability"] for _ in range(2))
+            self.assertEqual(first, second)
+            self.assertIn("int16", first)
+            self.assertIn("framerate=(fraction)30/1", first)
+
     def test_the_oldest_form_is_served_when_asked(self):
         server = self.serve(f"tensor_query_serversrc port=0 wire-version=0.2.2 ! {FOUR} ! tensor_query_serversink")
         self.assertEqual(self.client(server, [b"abcd"], form=160)[1], [[b"abcd"]])

@@ -4,7 +4,6 @@
 
 import json
 import os
-import subprocess
 
 import tap_runner
 from weir_case import DECOY, PLUGIN, Case, weir
@@ -30,13 +29,6 @@ class ConflictingPlugins(Case):
             self.assertIn(words, output)
         self.assertRegex(output, r"Elements     1 of the plug-in decoy, \d+ of the plug-in weir(, \d+ of the plug-in weir(edge|net))*\n")
         self.assertRegex(results["weir"][2], r"Elements     \d+ of the plug-in weir(, \d+ of the plug-in weir(edge|net))*\n")
-
-    def test_scripts_find_a_plugin_with_the_name_of_nnstreamers(self):
-        variables = {**os.environ, **self.plugins_of(PLUGIN.parent)}
-        done = subprocess.run(["gst-inspect-1.0", "nnstreamer"], env=variables, capture_output=True, text=True, timeout=60)
-        self.assertEqual(done.returncode, 0, done.stderr)
-        self.assertIn("0 features", done.stdout)
-        self.assertIn("libgstweirnnstreamer.so", done.stdout)
 
     def test_one_setting_leaves_the_elements_to_another_plugin(self):
         paths = self.plugins_of(DECOY.parent, PLUGIN.parent)

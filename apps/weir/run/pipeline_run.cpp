@@ -56,6 +56,11 @@ PipelineRun::PipelineRun(PlayedPipeline played)
       sinks_(std::make_unique<SinkCounter>(pipeline())),
       loop_(g_main_loop_new(nullptr, FALSE)) {}
 
+// Before the counters of frames go.
+PipelineRun::~PipelineRun() {
+  (void)played_.pipeline.stop();
+}
+
 RunEnd PipelineRun::play(RunEvents events) {
   events_ = std::move(events);
   if (shows_properties_) gst_element_add_property_deep_notify_watch(pipeline(), nullptr, TRUE);

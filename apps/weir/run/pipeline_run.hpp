@@ -32,6 +32,7 @@ struct RunEvents {
 class PipelineRun {
  public:
   explicit PipelineRun(PlayedPipeline played);
+  ~PipelineRun();
   PipelineRun(const PipelineRun&) = delete;
   PipelineRun& operator=(const PipelineRun&) = delete;
 

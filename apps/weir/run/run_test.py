@@ -29,6 +29,12 @@ class Run(Case):
     def test_the_pipeline_may_be_many_arguments(self):
         self.assertIn("7 frames", self.good(weir("run", *self.PIPELINE.split())))
 
+    def test_an_error_ends_a_run_whose_other_branches_still_stream(self):
+        branch = "videotestsrc ! video/x-raw,width=16,height=16 ! "
+        text = f"{branch}fakesink {branch}fakesink {branch}fakesink {branch}identity error-after=100 ! fakesink"
+        for _ in range(5):
+            self.assertEqual(weir("run", text).returncode, 1)
+
     def test_json(self):
         report = json.loads(self.good(weir("run", "--json", self.PIPELINE)))
         self.assertEqual((report["result"], report["frames"]), ("eos", 7))

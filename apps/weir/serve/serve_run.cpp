@@ -13,6 +13,7 @@
 #include <thread>
 
 #include "commands.hpp"
+#include "core/text/shell_quote.hpp"
 #include "run/ledger_table.hpp"
 
 namespace weir::app {
@@ -40,12 +41,15 @@ std::string text_property(GstElement* element, const char* name) {
 // False: `error` is another one.
 bool leave_batches(const ServedPipeline& served, Diagnostic error) {
   constexpr std::string_view kProperty = "batch-size=";
-  if (!error.has_code || error.error.code != Code::BATCH_UNSUPPORTED) return false;
-  g_object_set(find_element(served, "-filter").get(), "batch-size", 1u, nullptr);
+  const auto filter = find_element(served, "-filter");
+  guint batch = 1;
+  g_object_get(filter.get(), "batch-size", &batch, nullptr);
+  if (batch == 1 || !error.has_code || error.error.code != Code::BATCH_UNSUPPORTED) return false;
+  g_object_set(filter.get(), "batch-size", 1u, nullptr);
   std::string& fix = error.error.fix;
-  const bool has_other = fix.starts_with(kProperty);
-  fix = has_other ? "weir serve --batch " + fix.substr(kProperty.size())
-                  : "weir serve without --batch, or a model with an open first axis";
+  const std::string size = fix.starts_with(kProperty) ? fix.substr(kProperty.size()) : "";
+  fix = "weir serve " + shell_word(served.model.name + "=" + served.model.file) +
+        (size.empty() ? "" : " --batch " + size);
   error.error.what += "; " + served.model.name + " is served without batches";
   print_warning(error);
   return true;
@@ -102,7 +106,7 @@ std::vector<Diagnostic> prepare(ServedPipeline& served) {
 
 ServeRun::ServeRun(std::vector<ServedPipeline> pipelines) : loop_(g_main_loop_new(nullptr, FALSE)) {
   for (auto& pipeline : pipelines)
-    served_.push_back(std::make_unique<Served>(Served{.run = this, .what = std::move(pipeline)}));
+    served_.push_back(std::make_shared<Served>(this, std::move(pipeline)));
 }
 
 ServeRun::~ServeRun() {
@@ -202,18 +206,20 @@ void ServeRun::end_if_all_ended(int status) {
 // hangs. Requests that the pipeline had end as aborted.
 void ServeRun::restart(Served* served) {
   served->is_stopping = true;
+  using Shared = std::shared_ptr<Served>;  // the call may last longer than this object
   gst_element_call_async(
       served->what.played.element.get(),
       [](GstElement*, gpointer user) {
-        (void)static_cast<Served*>(user)->what.played.pipeline.stop();
+        Served* stopped = static_cast<Shared*>(user)->get();
+        (void)stopped->what.played.pipeline.stop();
         g_idle_add_once(
             [](gpointer one) {
-              auto* stopped = static_cast<Served*>(one);
-              stopped->run->on_stopped(stopped);
+              static_cast<Served*>(one)->run->on_stopped(static_cast<Served*>(one));
             },
-            user);
+            stopped);
       },
-      served, nullptr);
+      new Shared(served->shared_from_this()),
+      [](gpointer user) { delete static_cast<Shared*>(user); });
 }
 
 void ServeRun::on_stopped(Served* served) {

@@ -51,7 +51,9 @@ class ServeRun {
   const NamedModel& model(size_t pipeline) const { return served_[pipeline]->what.model; }
 
  private:
-  struct Served {
+  struct Served : std::enable_shared_from_this<Served> {
+    Served(ServeRun* runs, ServedPipeline pipeline) : run(runs), what(std::move(pipeline)) {}
+
     ServeRun* run;
     ServedPipeline what;
     guint watch = 0, restart = 0;
@@ -69,7 +71,7 @@ class ServeRun {
   void on_signal();
   void end(int status);
 
-  std::vector<std::unique_ptr<Served>> served_;
+  std::vector<std::shared_ptr<Served>> served_;
   gst::Unique<GMainLoop, g_main_loop_unref> loop_;
   std::vector<guint> signal_sources_;
   int signals_ = 0, status_ = 0;

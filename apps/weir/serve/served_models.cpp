@@ -9,6 +9,7 @@
 #include "core/text/shell_quote.hpp"
 #include "inspect/model_paths.hpp"
 #include "models/catalogue.hpp"
+#include "weir/join.hpp"
 
 namespace weir::app {
 namespace {
@@ -153,7 +154,8 @@ Status check_options(const ServeOptions& options, const ListenAddress& address) 
                  .offered = "--batch " + std::to_string(options.batch) + " with --workers " +
                             std::to_string(options.workers),
                  .needed = "one of the two",
-                 .fix = "--batch " + std::to_string(options.batch)};
+                 .fix = "weir serve " + join(options.models, " ", shell_word) + " --batch " +
+                        std::to_string(options.batch)};
   return ok();
 }
 

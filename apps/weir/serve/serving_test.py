@@ -149,7 +149,7 @@ class Serving(Case):
         status, _, errors = self.end(process)
         self.assertEqual(status, 0, errors)
         self.assertIn("warning from digits-filter: WEIR-3013: the model cannot run 8 frames at once; digits is served without batches\n", errors)
-        self.assertIn("fix: weir serve without --batch, or a model with an open first axis\n", errors)
+        self.assertIn(f"fix: weir serve digits={MODEL}\n", errors)
 
     def script(self, name, body, start="pass"):
         """A model in Python that begins with `start`, and answers each number with its double, after `body` has seen the numbers."""

@@ -15,19 +15,23 @@ namespace {
 
 using gst::Ref;
 
-// The first of `offered` that says what the stream is: caps of tensors may lack the framerate, and
-// others nothing. Null if there is none.
-Ref<GstCaps> first_known_caps(const GstCaps* offered) {
+// The first of `offered` that leave no choice but that of the framerate, which is that of the
+// requests. Null if there are none.
+Ref<GstCaps> first_known_caps(const GstCaps* offered, const Fraction& rate) {
   if (gst_caps_is_any(offered)) return {};
   for (guint i = 0; i < gst_caps_get_size(offered); ++i) {
     auto caps = Ref<GstCaps>::adopt(gst_caps_copy_nth(offered, i));
-    if (gst_structure_has_name(gst_caps_get_structure(caps.get(), 0), "other/tensors") ||
-        gst_structure_has_name(gst_caps_get_structure(caps.get(), 0), "other/tensor")) {
-      caps = Ref<GstCaps>::adopt(gst_caps_fixate(caps.release()));
-      if (gst::fixed_spec_from_caps(caps.get())) return caps;
-    } else if (gst_caps_is_fixed(caps.get())) {
+    GstStructure* structure = gst_caps_get_structure(caps.get(), 0);
+    const bool is_tensors = gst_structure_has_name(structure, "other/tensors") ||
+                            gst_structure_has_name(structure, "other/tensor");
+    if (gst_structure_has_field(structure, "framerate"))
+      gst_structure_fixate_field_nearest_fraction(structure, "framerate", rate.numerator,
+                                                  rate.denominator);
+    else if (is_tensors)
+      gst_structure_set(structure, "framerate", GST_TYPE_FRACTION, rate.numerator, rate.denominator,
+                        nullptr);
+    if (gst_caps_is_fixed(caps.get()) && (!is_tensors || gst::fixed_spec_from_caps(caps.get())))
       return caps;
-    }
   }
   return {};
 }
@@ -108,7 +112,7 @@ class TensorQueryServersink : public gst::Element<TensorQueryServersink, gst::Ba
 
   gboolean query(GstQuery* query) {
     if (!is_output_query(query)) return parent_class()->query(self(), query);
-    expect_output();
+    expect_output(get_input_rate(query));
     return TRUE;
   }
 
@@ -143,12 +147,12 @@ class TensorQueryServersink : public gst::Element<TensorQueryServersink, gst::Ba
     return server_->respond(request, buffer, copied);
   }
   // On the source's streaming thread. The caps may come later than this, or with a request.
-  void expect_output() {
+  void expect_output(const Fraction& rate) {
     const auto server = find_server(settings().id);
     GstPad* const pad = GST_BASE_SINK_PAD(self());
     if (!server || gst_pad_has_current_caps(pad)) return;
     const auto offered = Ref<GstCaps>::adopt(gst_pad_peer_query_caps(pad, nullptr));
-    const auto expected = first_known_caps(offered.get());
+    const auto expected = first_known_caps(offered.get(), rate);
     const auto names = parse_name_list(property_upstream(pad, "outputname"));
     if (auto status = server->expect_output(expected.get(), names); !status)
       GST_CAT_WARNING_OBJECT(category(), self(), "%s", status.error().message().c_str());

@@ -353,7 +353,7 @@ class TensorQueryServersrc : public gst::Element<TensorQueryServersrc, gst::Push
     if (auto status = server_->set_input(caps.get(), names, buffer_limit_); !status) return status;
     if (!gst_base_src_set_caps(base(), caps.get())) return rejected_caps();
     gst_pad_push_event(pad(), make_server_event());
-    const auto query = make_output_query();
+    const auto query = make_output_query(caps.get());
     const bool is_answered = gst_pad_peer_query(pad(), query.get());
     return is_answered ? ok() : server_->expect_output(nullptr, {});
   }
