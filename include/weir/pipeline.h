@@ -187,7 +187,8 @@ WEIR_EXPORT int weir_pipeline_set_valve(weir_pipeline* pipeline, const char* nam
 WEIR_EXPORT int weir_pipeline_select(weir_pipeline* pipeline, const char* name, const char* pad,
                                      weir_error** error);
 /* Set and get properties as text, as in gst-launch-1.0. OPTION_VALUE for a property that does not
- * exist, cannot be set in this state, or does not accept the value. */
+ * exist, cannot be set in this state, or does not accept the value. While the element runs, the
+ * error with which it rejects the value, such as a model that cannot replace the current one. */
 WEIR_EXPORT int weir_pipeline_set(weir_pipeline* pipeline, const char* name, const char* property,
                                   const char* value, weir_error** error);
 WEIR_EXPORT int weir_pipeline_get(weir_pipeline* pipeline, const char* name, const char* property,

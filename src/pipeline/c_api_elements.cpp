@@ -90,9 +90,9 @@ int weir_pipeline_select(weir_pipeline* pipeline, const char* name, const char* 
 
 int weir_pipeline_set(weir_pipeline* pipeline, const char* name, const char* property,
                       const char* value, weir_error** error) {
-  return with_element(
-      pipeline, name, error,
-      [&](GstElement* e) { return pipeline::set_property(e, property, value); }, property, value);
+  return with(
+      pipeline, error, [&](Pipeline& p) { return p.set(name, property, value); }, name, property,
+      value);
 }
 
 int weir_pipeline_get(weir_pipeline* pipeline, const char* name, const char* property, char** value,

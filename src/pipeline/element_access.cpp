@@ -104,6 +104,15 @@ Status set_property(GstElement* element, const std::string& property, const std:
   return ok();
 }
 
+bool has_value(GstElement* element, const std::string& property, const std::string& text) {
+  const auto found = find_readable(element, property);
+  if (!found) return false;
+  Value wanted((*found)->value_type), present((*found)->value_type);
+  if (!gst::read_value(element, *found, text, wanted.get())) return false;
+  g_object_get_property(G_OBJECT(element), property.c_str(), present.get());
+  return gst_value_compare(wanted.get(), present.get()) == GST_VALUE_EQUAL;
+}
+
 Result<std::string> get_property(GstElement* element, const std::string& property) {
   const auto found = find_readable(element, property);
   if (!found) return found.error();

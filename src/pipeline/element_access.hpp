@@ -21,6 +21,8 @@ Error wrong_kind(GstElement* element, const std::string& needed);
 Status set_valve(GstElement* element, bool open);
 Status select_pad(GstElement* element, const std::string& pad);
 Status set_property(GstElement* element, const std::string& property, const std::string& text);
+// Whether the property has this value.
+bool has_value(GstElement* element, const std::string& property, const std::string& text);
 Result<std::string> get_property(GstElement* element, const std::string& property);
 // The value as JSON, as gst::json_from_value() converts it.
 Result<std::string> get_property_json(GstElement* element, const std::string& property);

@@ -3,6 +3,8 @@
 #include "pipeline/pipeline.hpp"
 
 #include <algorithm>
+#include <utility>
+#include <vector>
 
 #include "core/timer/deadline.hpp"
 #include "gstcpp/element/elements.hpp"
@@ -30,6 +32,30 @@ Error own_thread() {
                .needed = "a call on another thread",
                .fix = "return from the callback, and make the call on another thread"};
 }
+
+// Takes the warnings that an element posts on this thread, while a property of it is set.
+class WarningCapture {
+ public:
+  WarningCapture(GstElement* element, std::vector<BusError>* posted)
+      : element_(element), posted_(posted), outer_(std::exchange(innermost, this)) {}
+  ~WarningCapture() { innermost = outer_; }
+  WarningCapture(const WarningCapture&) = delete;
+  WarningCapture& operator=(const WarningCapture&) = delete;
+
+  static bool captures(GstMessage* message) {
+    if (!innermost || GST_MESSAGE_SRC(message) != GST_OBJECT_CAST(innermost->element_))
+      return false;
+    innermost->posted_->push_back(to_error(message));
+    return true;
+  }
+
+ private:
+  static thread_local WarningCapture* innermost;
+  GstElement* const element_;
+  std::vector<BusError>* const posted_;
+  WarningCapture* const outer_;
+};
+thread_local WarningCapture* WarningCapture::innermost = nullptr;
 
 }  // namespace
 
@@ -160,8 +186,10 @@ GstBusSyncReply Pipeline::on_posted(GstBus*, GstMessage* message, gpointer data)
 void Pipeline::handle(GstMessage* message) {
   const bool is_own = GST_MESSAGE_SRC(message) == GST_OBJECT_CAST(pipeline_.get());
   switch (GST_MESSAGE_TYPE(message)) {
-    case GST_MESSAGE_ERROR:
     case GST_MESSAGE_WARNING:
+      if (WarningCapture::captures(message)) return;
+      [[fallthrough]];
+    case GST_MESSAGE_ERROR:
       return keep(GST_MESSAGE_TYPE(message) == GST_MESSAGE_ERROR, to_error(message));
     case GST_MESSAGE_STATE_CHANGED:
       return is_own ? took_state(message) : void();
@@ -224,6 +252,21 @@ void Pipeline::took_stream_status(GstMessage* message) {
   std::lock_guard lock(mutex_);
   if (type == GST_STREAM_STATUS_TYPE_ENTER) streaming_threads_.insert(std::this_thread::get_id());
   if (type == GST_STREAM_STATUS_TYPE_LEAVE) streaming_threads_.erase(std::this_thread::get_id());
+}
+
+Status Pipeline::set(const std::string& name, const std::string& property,
+                     const std::string& text) {
+  const auto found = element(name);
+  if (!found) return found.error();
+  std::vector<BusError> posted;
+  {
+    const WarningCapture capture(found->get(), &posted);
+    if (auto status = set_property(found->get(), property, text); !status) return status;
+  }
+  // An accepted value may have warnings too, such as a model that is for the next start.
+  const bool is_rejected = !posted.empty() && !has_value(found->get(), property, text);
+  for (size_t i = is_rejected ? 1 : 0; i < posted.size(); ++i) keep(false, posted[i]);
+  return is_rejected ? Status(posted.front().error) : ok();
 }
 
 void Pipeline::keep(bool is_error, BusError posted) {

@@ -77,6 +77,8 @@ class Pipeline {
   Status on_message(std::function<void(GstMessage*)> function);
 
   Result<gst::Ref<GstElement>> element(const std::string& name) const;
+  // Sets a property of an element. The warning with which the element rejects a value is the error.
+  Status set(const std::string& name, const std::string& property, const std::string& text);
   GstBin* bin() const noexcept { return GST_BIN(pipeline_.get()); }
 
  private:

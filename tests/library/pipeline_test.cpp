@@ -520,6 +520,20 @@ TEST(Pipeline, ReturnsWarningsAsMessages) {
   EXPECT_FALSE(p.read_message());
 }
 
+TEST(Pipeline, AValueThatARunningElementRejectsIsAnError) {
+  Pipeline p = started(
+      "appsrc name=in ! tensor_aggregator name=windows frames-out=2 frames-dim=1 ! tensor_filter "
+      "name=nn framework=fake model=/proc/self/comm is-updatable=true ! tensor_sink name=out");
+  EXPECT_REFUSED(p.set("nn", "model", "nope.onnx"), MODEL_NOT_FOUND, "nn: the model file");
+  EXPECT_EQ(*p.get("nn", "model"), "/proc/self/comm");
+  ASSERT_TRUE(p.push("in", span({1, 2, 3, 4}), {.shape = {1, 4}}));
+  ASSERT_TRUE(p.push("in", span({1, 2, 3, 4}), {.shape = {1, 4}}));
+  ASSERT_TRUE(p.pull("out", kLong));
+  EXPECT_REFUSED(p.set("windows", "frames-dim", 9), OPTION_VALUE, "windows: frames-dim is beyond");
+  EXPECT_EQ(*p.get<int>("windows", "frames-dim"), 1);
+  EXPECT_FALSE(p.read_message()) << "the error is not a warning too";
+}
+
 TEST(Pipeline, KeepsTheNewestMessagesUntilTheyAreRead) {
   Pipeline p = started(
       "appsrc name=in ! tensor_filter name=nn framework=fake model=/proc/self/comm ! "

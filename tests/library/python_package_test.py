@@ -288,6 +288,14 @@ class Pipelines(Files):
                 self.assertEqual(self.error(pipeline.set, "nn", "modle", "x").code, weir.Code.OPTION_VALUE)
             self.assertEqual(seen, [])
 
+    def test_a_value_that_an_element_rejects_is_an_error(self):
+        with weir.Pipeline(LOOP.format(f"tensor_filter name=nn framework=fake is-updatable=true model={self.any}")) as pipeline:
+            with warnings.catch_warnings(record=True) as seen:
+                error = self.error(pipeline.set, "nn", "model", "nope.onnx")
+            self.assertEqual((error.code, error.offered), (weir.Code.MODEL_NOT_FOUND, "nope.onnx"))
+            self.assertEqual(pipeline.get("nn", "model"), str(self.any))
+            self.assertEqual(seen, [])
+
     def test_a_script_of_the_pipeline_runs_in_the_same_interpreter(self):
         filters = f"tensor_filter model={SCRIPTS / 'passthrough.py'} ! queue ! tensor_filter model={SCRIPTS / 'passthrough.py'}"
         with weir.Pipeline(LOOP.format(filters)) as pipeline:

@@ -1,6 +1,7 @@
 // tensor_aggregator: collects frames of a stream in windows, which may overlap.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <atomic>
+#include <cstring>
 #include <memory>
 #include <vector>
 
@@ -65,6 +66,15 @@ class TensorAggregator : public gst::PlainFilter<TensorAggregator> {
         return GST_STATE_CHANGE_FAILURE;
       }
     return gst::PlainFilter<TensorAggregator>::change_state(change);
+  }
+
+  // A window of another size than its caps would end the stream that runs.
+  Status check_change(const char* name, const Settings& wanted) const {
+    const auto caps = Ref<GstCaps>::adopt(gst_pad_get_current_caps(sink_));
+    const auto spec = caps ? gst::fixed_spec_from_caps(caps.get()) : Result<FrameSpec>(Error{});
+    if (!spec || std::strcmp(name, "frames-dim") != 0) return ok();
+    const auto setup = make_setup(*spec, wanted);
+    return setup && (*setup)->plan.size_differs ? Status(wrong_size(**setup)) : ok();
   }
 
   Status set_caps(GstCaps* caps) {
@@ -217,7 +227,7 @@ class TensorAggregator : public gst::PlainFilter<TensorAggregator> {
 
   // Sends the caps of the windows, makes their pool and sets the latency.
   Status announce(WindowSetup* setup) {
-    if (setup->plan.size_differs) warn_of_size(*setup);
+    if (setup->plan.size_differs) gst::post_warning(element(), wrong_size(*setup));
     const FrameSpec output{Format::Static, setup->plan.output, setup->input.rate};
     setup->window_bytes =
         FrameSpec{Format::Static, setup->plan.memory, {}}.bytes().value_or(UINT64_MAX);
@@ -235,22 +245,21 @@ class TensorAggregator : public gst::PlainFilter<TensorAggregator> {
     return ok();
   }
 
-  void warn_of_size(const WindowSetup& setup) {
+  static Error wrong_size(const WindowSetup& setup) {
     const auto& shape = setup.input.tensors[0].shape;
     const size_t rank = shape.rank();
     const uint64_t frames = setup.plan.in;
     size_t fits = rank - 1;  // the outermost dimension that holds whole frames
     while (fits > 0 && shape[fits] % frames != 0) --fits;
-    gst::post_warning(element(),
-                      {.code = Code::OPTION_VALUE,
-                       .what = "frames-dim is beyond the dimensions of the tensors: the caps stay "
-                               "unchanged and do not match the size of the frames",
-                       .offered = "frames-dim=" + std::to_string(setup.dimension) + ", " +
-                                  setup.input.to_string(),
-                       .needed = "0 to " + std::to_string(rank - 1),
-                       .fix = shape[fits] % frames != 0
-                                  ? ""
-                                  : "tensor_aggregator frames-dim=" + std::to_string(fits)});
+    return {
+        .code = Code::OPTION_VALUE,
+        .what =
+            "frames-dim is beyond the dimensions of the tensors: the caps stay "
+            "unchanged and do not match the size of the frames",
+        .offered = "frames-dim=" + std::to_string(setup.dimension) + ", " + setup.input.to_string(),
+        .needed = "0 to " + std::to_string(rank - 1),
+        .fix = shape[fits] % frames != 0 ? ""
+                                         : "tensor_aggregator frames-dim=" + std::to_string(fits)};
   }
 
   GstFlowReturn pass(Ref<GstBuffer> in) {

@@ -34,6 +34,26 @@ std::vector<std::pair<std::string, std::string>> sorted(
 // thread and not on a streaming thread.
 constexpr std::chrono::milliseconds kDrainTimeout{1000};
 
+// What a model leaves open, such as a TorchScript, is as `known` has it: the frames of the stream
+// decide it, and a session of the model is prepared for them before it replaces another.
+std::vector<ModelTensor> completed(std::vector<ModelTensor> tensors,
+                                   const std::vector<ModelTensor>& known) {
+  for (size_t i = 0; i < std::min(tensors.size(), known.size()); ++i) {
+    ModelTensor& tensor = tensors[i];
+    if (tensor.type == ElementType::End) tensor.type = known[i].type;
+    if (!tensor.rank_known) tensor.shape = known[i].shape;
+    if (!tensor.rank_known) tensor.rank_known = known[i].rank_known;
+    if (tensor.shape.size() != known[i].shape.size()) continue;
+    for (size_t d = 0; d < tensor.shape.size(); ++d)
+      if (tensor.shape[d] < 0) tensor.shape[d] = known[i].shape[d];
+  }
+  return tensors;
+}
+
+bool all_fixed(const std::vector<ModelTensor>& tensors) {
+  return std::all_of(tensors.begin(), tensors.end(), [](const auto& t) { return t.fixed(); });
+}
+
 }  // namespace
 
 bool ModelConfig::same_as(const ModelConfig& other) const {
@@ -111,8 +131,9 @@ Status SharedModel::check_same(const Model& candidate, const ModelConfig& source
              outputs = model_tensors(candidate.outputs());
   std::lock_guard lock(mutex_);
   if (!known_) return ok();
-  auto difference = first_difference(inputs, inputs_, "input");
-  if (difference.empty()) difference = first_difference(outputs, outputs_, "output");
+  auto difference = first_difference(completed(inputs, inputs_), inputs_, "input");
+  if (difference.empty())
+    difference = first_difference(completed(outputs, outputs_), outputs_, "output");
   if (difference.empty()) return ok();
   const auto both = [](const auto& in, const auto& out) {
     return "in " + list_tensors(in) + "; out " + list_tensors(out);
@@ -170,6 +191,16 @@ std::vector<std::shared_ptr<ModelLease::Sessions>> SharedModel::switch_sessions(
   return old_sets;
 }
 
+// The shapes to prepare a session of `candidate` for: a model with fixed ones is not resolved, and
+// one that leaves them open needs them.
+ModelLease::Shapes SharedModel::shapes_for(const Model& candidate,
+                                           const ModelLease::Shapes& shapes) const {
+  if (shapes.resolved || all_fixed(model_tensors(candidate.inputs()))) return shapes;
+  std::lock_guard lock(mutex_);
+  if (!all_fixed(inputs_) || !all_fixed(outputs_)) return shapes;
+  return {shapes.version, true, inputs_, outputs_};
+}
+
 Status SharedModel::replace(const ModelConfig& source) {
   std::lock_guard opening(opening_);
   auto model = open_candidate(source);
@@ -191,7 +222,8 @@ Status SharedModel::replace(const ModelConfig& source) {
     }
     leases.clear();
     lock.unlock();
-    auto set = ModelLease::prepared(*model, required->sessions, required->shapes, true);
+    auto set = ModelLease::prepared(*model, required->sessions,
+                                    shapes_for(**model, required->shapes), true);
     if (!set) return set.error();
     prepared.push_back({required->use, required->shapes.version, *std::move(set)});
   }

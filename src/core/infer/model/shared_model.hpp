@@ -175,6 +175,7 @@ class SharedModel : public std::enable_shared_from_this<SharedModel> {
   Result<std::shared_ptr<Model>> ensure_open();  // opening_ is held
   Result<std::shared_ptr<Model>> open_candidate(const ModelConfig& source) const;
   Status check_same(const Model& candidate, const ModelConfig& source) const;
+  ModelLease::Shapes shapes_for(const Model& candidate, const ModelLease::Shapes& shapes) const;
   struct Replacement;
   struct Requirement;
   std::optional<Requirement> next_requirement(std::vector<Replacement>* prepared,

@@ -115,6 +115,16 @@ TEST_F(SharedModelTest, ReplacesForAllUsersBetweenFrames) {
   EXPECT_SAYS(model->source().to_string(), "/b framework=sum");
 }
 
+TEST_F(SharedModelTest, AModelThatLeavesItsTensorsOpenReplacesOneThatDoesNot) {
+  const auto model = shared(files_.write("a", "5 4"));
+  const auto use = ModelLease::create(model, 1);
+  ASSERT_TRUE(use);
+  ASSERT_TRUE((*use)->resolve({floats(1, 4)}));
+  const auto status = model->replace(source(files_.write("b", "7 0")));
+  ASSERT_TRUE(status) << status.error().message();
+  EXPECT_EQ(run(**use), 7);
+}
+
 TEST_F(SharedModelTest, AFrameKeepsTheModelThatItStartedWith) {
   const auto model = shared(files_.write("a", "5 4"));
   const auto use = ModelLease::create(model, 1);

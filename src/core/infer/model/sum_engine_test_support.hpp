@@ -1,7 +1,7 @@
 // A test engine for shared and replaced models: y = x + the number in the model's file.
 //
-// A model file contains "ADD WIDTH": float32 [-1, WIDTH] in and out. `rules` configures the
-// engine's limits; `seen` counts its calls.
+// A model file contains "ADD WIDTH": float32 [-1, WIDTH] in and out; the WIDTH 0 leaves type and
+// shape open. `rules` configures the engine's limits; `seen` counts its calls.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <atomic>
@@ -73,6 +73,8 @@ inline weir_engine make_engine() {
     model->tensor.shape[0] = -1;
     model->tensor.shape[1] = width;
     model->tensor.name = "x";
+    if (width == 0) model->tensor.type = WEIR_TYPE_END;
+    if (width == 0) model->tensor.rank = WEIR_RANK_UNKNOWN;
     *out = reinterpret_cast<weir_model*>(model.release());
     ++seen.opened, ++seen.open_models;
     return +WEIR_OK;
@@ -103,6 +105,7 @@ inline weir_engine make_engine() {
   };
   e.resolve = [](weir_session*, const weir_tensor_info* in, uint32_t, weir_tensor_info* out,
                  uint32_t, weir_error*) {
+    if (out->rank == WEIR_RANK_UNKNOWN) *out = *in;
     out->shape[0] = in->shape[0];
     return +WEIR_OK;
   };
