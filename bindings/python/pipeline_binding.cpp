@@ -8,6 +8,7 @@
 #include <chrono>
 #include <cmath>
 #include <functional>
+#include <map>
 #include <memory>
 #include <type_traits>
 
@@ -110,13 +111,31 @@ class PipelineObject {
   }
   void stop() const {
     const auto pipeline = get();
+    keep_stats(*pipeline);
     call_without_warnings([](Pipeline& p) { return p.stop(); });
     *raised_ = {};
     issue_warnings(*pipeline);
   }
   const std::shared_ptr<RaisedInStream>& raised_in_stream() const { return raised_; }
+  // The stats of an element, as JSON: while the pipeline is stopped, those at its last stop,
+  // because a stopped element has no counters of its model.
+  std::string get_stats(const std::string& element) const {
+    const auto kept = stats_.find(element);
+    if (kept != stats_.end() && get()->state() == PipelineState::Stopped) return kept->second;
+    return call([&](Pipeline& p) { return p.get_json(element, kStats); });
+  }
 
  private:
+  static constexpr const char* kStats = "stats";
+  void keep_stats(Pipeline& pipeline) const {
+    unlocked([&] {
+      if (pipeline.state() == PipelineState::Stopped) return;
+      const auto elements = pipeline.elements();
+      if (!elements) return;
+      for (const auto& [name, kind] : *elements)
+        if (auto stats = pipeline.get_json(name, kStats)) stats_[name] = *std::move(stats);
+    });
+  }
   // Null unless a function of the program raised the exception that is this error.
   py::object get_cause(const Error& error) const {
     const bool is_raised =
@@ -126,6 +145,7 @@ class PipelineObject {
 
   std::shared_ptr<RaisedInStream> raised_ = freed_with_gil(new RaisedInStream);
   std::shared_ptr<Pipeline> pipeline_;
+  mutable std::map<std::string, std::string> stats_;  // as JSON, by element
 };
 
 using Object = PipelineObject;
@@ -277,11 +297,9 @@ void bind_pipeline(py::module_& module) {
           },
           py::arg("element"), py::arg("property"), "Returns the property as text.")
       .def(
-          "_get_json",
-          [](const Object& self, const std::string& element, const std::string& property) {
-            return self.call([&](Pipeline& p) { return p.get_json(element, property); });
-          },
-          py::arg("element"), py::arg("property"))
+          "_get_stats",
+          [](const Object& self, const std::string& element) { return self.get_stats(element); },
+          py::arg("element"))
       .def("elements", &elements,
            "Returns a dict of the elements in the pipeline text: the element type, such as "
            "\"tensor_filter\", by element name.")

@@ -2,7 +2,11 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "pipeline/pipeline.hpp"
 
+#include <sys/types.h>
+#include <unistd.h>
+
 #include <algorithm>
+#include <atomic>
 #include <utility>
 #include <vector>
 
@@ -31,6 +35,27 @@ Error own_thread() {
                .offered = "a call on a streaming thread, for which the call would wait",
                .needed = "a call on another thread",
                .fix = "return from the callback, and make the call on another thread"};
+}
+
+// The process in which pipelines ran; 0 before the first one.
+std::atomic<pid_t> running_process = 0;
+
+// A child process that fork() made has none of the threads of its parent, and their locks as they
+// were: what would wait for them never returns.
+bool is_forked() {
+  const pid_t process = running_process;
+  return process != 0 && process != getpid();
+}
+
+Error forked_process() {
+  return Error{.code = Code::GRAPH_STALLS,
+               .what =
+                   "this process was forked from one in which pipelines ran, and lacks their "
+                   "threads",
+               .offered = "process " + std::to_string(getpid()) + ", forked from process " +
+                          std::to_string(running_process),
+               .needed = "a process that was started, not forked, or that was forked before",
+               .fix = "in Python: multiprocessing.get_context(\"spawn\").Pool()"};
 }
 
 // Takes the warnings that an element posts on this thread, while a property of it is set.
@@ -153,6 +178,7 @@ Pipeline::~Pipeline() {
 }
 
 void Pipeline::dispose(std::unique_ptr<Pipeline> pipeline) noexcept {
+  if (is_forked()) return static_cast<void>(pipeline.release());  // the end of the process frees it
   if (!pipeline->is_own_thread()) return;
   pipeline->callbacks_.close();
   Pipeline* left = pipeline.release();
@@ -299,11 +325,14 @@ void Pipeline::took_state(GstMessage* message) {
 }
 
 std::optional<Error> Pipeline::failed() const {
+  if (is_forked()) return forked_process();
   std::lock_guard lock(mutex_);
   return error_ ? std::optional(error_->error) : std::nullopt;
 }
 
 Status Pipeline::change(GstState state) {
+  if (is_forked()) return forked_process();
+  running_process = getpid();
   if (callbacks_.is_inside()) return own_thread();
   // On a streaming thread: a stop in progress waits for this very call.
   const bool must_not_wait = is_own_thread();
@@ -324,6 +353,7 @@ Status Pipeline::change(GstState state) {
 }
 
 Status Pipeline::stop() {
+  if (is_forked()) return forked_process();
   if (is_own_thread()) return own_thread();
   halt();
   return ok();
@@ -354,6 +384,7 @@ GstState Pipeline::state() const {
 }
 
 Result<WaitResult> Pipeline::wait(std::chrono::nanoseconds limit) {
+  if (is_forked()) return forked_process();
   const Time time = until(limit);
   if (!time && callbacks_.is_inside()) return own_thread();
   std::unique_lock lock(mutex_);
@@ -413,6 +444,7 @@ Result<std::vector<TensorSpec>> Pipeline::source_tensors(const std::string& name
 }
 
 Result<Pipeline::Pulled> Pipeline::pull(const std::string& name, std::chrono::nanoseconds limit) {
+  if (is_forked()) return forked_process();
   const auto from = sink(name);
   if (!from) return from.error();
   auto& queue = (*from)->queue();

@@ -304,6 +304,20 @@ class Pipelines(Files):
             for i in range(50):
                 self.assertEqual(pipeline.pull("out", 60)[0][999], i)
 
+    def test_a_forked_process_gets_errors_and_ends(self):
+        program = ("import os, weir\n"
+                   "p = weir.Pipeline('videotestsrc is-live=true ! tensor_converter ! tensor_sink name=out')\np.start()\np.pull('out', 60)\n"
+                   "child = os.fork()\n"
+                   "if child == 0:\n"
+                   "    for call in (p.stop, p.wait, lambda: p.pull('out'), lambda: list(weir.Pipeline('videotestsrc ! fakesink').frames('x')),\n"
+                   "                 weir.Pipeline('videotestsrc ! fakesink').start):\n"
+                   "        try:\n            call()\n"
+                   "        except weir.Error as error:\n            print(error.code.name, error.fix)\n"
+                   "    raise SystemExit(3)\n"
+                   "print(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]), p.pull('out', 60) is not None)")
+        done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=60, check=False)
+        self.assertEqual(done.stdout, 5 * 'GRAPH_STALLS in Python: multiprocessing.get_context("spawn").Pool()\n' + "3 True\n", done.stderr)
+
     def test_a_program_may_end_while_its_pipeline_plays(self):
         program = ("import weir, numpy\n"
                    f"p = weir.Pipeline('videotestsrc is-live=true ! tensor_converter ! tensor_filter model={SCRIPTS}/passthrough.py"

@@ -102,6 +102,17 @@ class Frames(unittest.TestCase):
             self.assertEqual([int(frame[0][0]) for frame in pipeline.frames()], [0, 1, 2])
             self.assertEqual(list(pipeline.frames()), [])
 
+    def test_the_counters_of_a_model_stay_after_the_last_frame(self):
+        with tempfile.NamedTemporaryFile(suffix=".py", mode="w") as script:
+            script.write("class CustomFilter:\n    def setInputDim(self, dims):\n        return dims\n    def invoke(self, arrays):\n        return arrays\n")
+            script.flush()
+            pipeline = weir.Pipeline("videotestsrc num-buffers=3 ! video/x-raw,format=GRAY8,width=4,height=2 ! tensor_converter ! "
+                                     f"tensor_filter name=nn model={script.name} ! tensor_sink")
+            self.assertEqual(len(list(pipeline.frames(timeout=60))), 3)
+            self.assertEqual(pipeline.state, "stopped")
+            for stats in (pipeline.stats("nn"), pipeline.stats()["nn"]):
+                self.assertEqual((stats["received"], stats["invokes"]), (3, 3))
+
     def test_start_a_pipeline_that_is_stopped(self):
         pipeline = weir.Pipeline("videotestsrc num-buffers=3 ! video/x-raw,format=GRAY8,width=4,height=2 ! tensor_converter ! tensor_sink name=s")
         frames = list(pipeline.frames(timeout=60))

@@ -57,10 +57,11 @@ class Pipeline(_weir.Pipeline):
     def stats(self, name: typing.Optional[str] = None) -> dict[str, typing.Any]:
         """Returns the property "stats" of the element `name` as a dict: frames received, dropped, ... and the element's own counters.
 
+        After the pipeline has stopped, these are the counters at its last stop.
         Without a name, returns a dict with the stats of all elements that have this property, by element name.
         """
         if name is not None:
-            stats: dict[str, typing.Any] = json.loads(self._get_json(name, "stats"))
+            stats: dict[str, typing.Any] = json.loads(self._get_stats(name))
             return stats
         found = {}
         for element in self.elements():
