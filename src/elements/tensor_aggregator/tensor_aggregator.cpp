@@ -15,6 +15,7 @@
 #include "gstcpp/element/plain_filter.hpp"
 #include "gstcpp/pads/latency.hpp"
 #include "gstcpp/pads/placeholder_wait.hpp"
+#include "gstcpp/pads/streaming_threads.hpp"
 
 namespace weir {
 namespace {
@@ -241,7 +242,11 @@ class TensorAggregator : public gst::PlainFilter<TensorAggregator> {
         gst::FramePool::make(setup->plan.memory, Format::Static, MediaType::Tensor, allocation_);
     if (!pool) return pool.error();
     setup->pool = *std::move(pool);
-    set_latency(window::to_time(setup->plan.buffers_waited() * setup->plan.in, setup->input.rate));
+    const uint64_t buffers = setup->plan.buffers_waited();
+    const GstClockTime latency = window::to_time(buffers * setup->plan.in, setup->input.rate);
+    if (auto status = gst::can_collect(element(), sink_, {latency, buffers}); !status)
+      gst::post_warning(element(), status.error());
+    set_latency(latency);
     return ok();
   }
 

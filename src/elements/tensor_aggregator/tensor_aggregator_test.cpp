@@ -3,6 +3,7 @@
 #include <random>
 
 #include "elements/tests/element_test_support.hpp"
+#include "elements/tests/pipeline_test_support.hpp"
 #include "gstcpp/buffer/query_meta.hpp"
 #include "gstcpp/buffer/tensor_meta.hpp"
 
@@ -307,6 +308,26 @@ TEST(TensorAggregator, SuggestsADimensionThatHoldsWholeFrames) {
   EXPECT_SAYS(fix("3:4:1"), "fix: tensor_aggregator frames-dim=1");
   EXPECT_EQ(fix("3:5:4:1").find("frames-dim=3"), std::string::npos);
   EXPECT_EQ(fix("3:4:3").find("fix: tensor_aggregator frames-dim=2"), std::string::npos);
+}
+
+// The queue of the other branch is full before the first window is whole, and the pipeline cannot
+// preroll.
+TEST(TensorAggregator, WarnsOfAQueueThatIsShorterThanTheWindow) {
+  const auto line = [](const std::string& queue, int frames) {
+    return "videotestsrc num-buffers=300 ! "
+           "video/x-raw,format=GRAY8,width=2,height=2,framerate=100/1 ! tensor_converter ! tee "
+           "name=t t. ! queue name=short " +
+           queue +
+           " ! fakesink t. ! queue ! tensor_aggregator name=windows frames-dim=3 frames-out=" +
+           std::to_string(frames) + " ! fakesink";
+  };
+  const std::string warning = weir::test::PlayedPipeline(line("", 128)).first_warning();
+  EXPECT_SAYS(warning, "WEIR-5001: a window is longer than a queue in another branch of its tee");
+  EXPECT_SAYS(warning, "offered: short beside windows, which collects 127 buffers of 1270 ms");
+  const std::string fixed = "max-size-buffers=0 max-size-bytes=0 max-size-time=2540000000";
+  EXPECT_SAYS(warning, "fix: queue name=short " + fixed);
+  EXPECT_EQ(weir::test::PlayedPipeline(line(fixed, 128)).first_warning(), "");
+  EXPECT_EQ(weir::test::PlayedPipeline(line("", 64)).first_warning(), "");
 }
 
 }  // namespace tensor_aggregator_test

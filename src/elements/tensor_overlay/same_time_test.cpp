@@ -6,6 +6,7 @@
 
 #include "core/tensor/tensor_header.hpp"
 #include "elements/tensor_overlay/overlay_test_support.hpp"
+#include "elements/tests/pipeline_test_support.hpp"
 
 namespace weir::overlay_test {
 namespace same_time_test {
@@ -43,6 +44,18 @@ TEST(SameTime, WaitsForResultsOfAnotherThread) {
   EXPECT_EQ(b.stat("results-late"), 0u);
   EXPECT_EQ(b.stat("pushed"), 200u);
   b.expect_results_balance();
+}
+
+TEST(SameTime, WarnsOnceOfATeeWithoutAQueue) {
+  const std::string source =
+      "videotestsrc num-buffers=2 ! video/x-raw,format=BGRx,width=8,height=1,framerate=30/1 ! ";
+  const std::string branches =
+      "o.sink  t. ! tensor_converter name=made ! tensor_transform name=boxes mode=typecast "
+      "option=float32 ! o.results  tensor_overlay name=o sync=same-time max-wait=1 ! fakesink";
+  const test::PlayedPipeline graph(source + "tee name=t  t. ! " + branches);
+  const std::string warning = graph.first_warning();
+  EXPECT_SAYS(warning, "WEIR-5001: one thread feeds two pads that wait for each other");
+  EXPECT_SAYS(warning, "t. ! queue ! o.sink   t. ! queue ! made ! boxes ! o.results");
 }
 
 TEST(SameTime, ContinuesWithoutResultsAfterTheWait) {

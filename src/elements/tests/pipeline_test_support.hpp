@@ -62,6 +62,17 @@ class PlayedPipeline {
     if (!message) return "hangs";
     return GST_MESSAGE_TYPE(message.get()) == GST_MESSAGE_EOS ? "" : get_text(message.get());
   }
+  // Plays, and returns the first warning; "" if an error or the end comes first, or on a timeout.
+  std::string first_warning() const {
+    gst_element_set_state(get(), GST_STATE_PLAYING);
+    constexpr auto kTypes =
+        GstMessageType(GST_MESSAGE_WARNING | GST_MESSAGE_EOS | GST_MESSAGE_ERROR);
+    const auto message =
+        Ref<GstMessage>::adopt(gst_bus_timed_pop_filtered(bus_.get(), kTimeout, kTypes));
+    return message && GST_MESSAGE_TYPE(message.get()) == GST_MESSAGE_WARNING
+               ? get_text(message.get())
+               : "";
+  }
   std::string plays_to_its_end() const {
     gst_element_set_state(get(), GST_STATE_PLAYING);
     return outcome();

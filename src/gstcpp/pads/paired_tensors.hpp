@@ -71,6 +71,8 @@ class PairedTensors : public TimedTensors {
     late_ += outcome == Outcome::Late;
     return outcome != Outcome::Flushed;
   }
+  // Pictures whose results did not come in time.
+  uint64_t late() const noexcept { return late_; }
   void flush_pictures(bool on) {
     queue_.flush(on);
     if (!on) newest_.clear();

@@ -8,8 +8,11 @@
 // and, where it has these functions of its own, calls those of this class from them.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
+#include <utility>
+
 #include "gstcpp/element/counted_transform.hpp"
 #include "gstcpp/pads/paired_tensors.hpp"
+#include "gstcpp/pads/streaming_threads.hpp"
 
 namespace weir::gst {
 
@@ -43,6 +46,7 @@ class PairedTransform : public CountedTransform<Impl> {
       limits_ = {s.max_age, s.max_wait};
       same_time_ = s.sync == ResultsSync::SameTime;
       latency_ = same_time_ ? s.max_wait : 0;
+      is_stall_checked_ = false;
     }
     if (change == GST_STATE_CHANGE_PAUSED_TO_READY) results_.stop();
     const auto result =
@@ -88,8 +92,12 @@ class PairedTransform : public CountedTransform<Impl> {
     found_.reset();
     if (same_time_ && !gst_pad_is_linked(results_pad_)) return true;
     const GstClockTime time = running_time(this->self()->segment, GST_BUFFER_PTS(picture));
-    return results_.take(GST_CLOCK_TIME_IS_VALID(time) ? static_cast<int64_t>(time) : sync::kNoTime,
-                         limits_, &found_);
+    const uint64_t late = results_.late();
+    const bool goes_on =
+        results_.take(GST_CLOCK_TIME_IS_VALID(time) ? static_cast<int64_t>(time) : sync::kNoTime,
+                      limits_, &found_);
+    if (results_.late() > late && !std::exchange(is_stall_checked_, true)) warn_of_stall();
+    return goes_on;
   }
 
   Pad results_;
@@ -98,6 +106,12 @@ class PairedTransform : public CountedTransform<Impl> {
   typename Pad::Results found_;  // for the current picture
 
  private:
+  // The results of a picture cannot come while it blocks the thread that brings them.
+  void warn_of_stall() {
+    const auto status =
+        can_wait(this->element(), GST_BASE_TRANSFORM_SINK_PAD(this->self()), results_pad_);
+    if (!status) post_warning(this->element(), status.error());
+  }
   void add_wait(GstQuery* query) const {
     gboolean live = FALSE;
     GstClockTime min = 0, max = 0;
@@ -110,6 +124,7 @@ class PairedTransform : public CountedTransform<Impl> {
 
   GstPad* results_pad_ = nullptr;     // owned by the element
   bool same_time_ = false;            // changes only while not streaming
+  bool is_stall_checked_ = false;     // pictures' streaming thread
   std::atomic<uint64_t> latency_{0};  // how long pictures wait for results, nanoseconds
 };
 

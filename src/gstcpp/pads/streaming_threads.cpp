@@ -2,6 +2,7 @@
 #include "gstcpp/pads/streaming_threads.hpp"
 
 #include <algorithm>
+#include <string_view>
 
 #include "gstcpp/element/internal_links.hpp"
 
@@ -105,6 +106,64 @@ std::string meeting(const Feed& a, const Feed& b) {
   return "";
 }
 
+bool is_queue(GstElement* element) {
+  GstElementFactory* const factory = gst_element_get_factory(element);
+  return factory && std::string_view(GST_OBJECT_NAME(factory)) == "queue";
+}
+
+// Whether the queue is full before it holds the window.
+bool is_too_short(GstElement* queue, const Window& window) {
+  int leaky = 0;
+  guint buffers = 0;
+  guint64 time = 0;
+  g_object_get(queue, "leaky", &leaky, "max-size-buffers", &buffers, "max-size-time", &time,
+               nullptr);
+  return leaky == 0 &&
+         ((time > 0 && time < window.duration) || (buffers > 0 && buffers < window.buffers));
+}
+
+// Whether a sink at the end of the branch keeps its first buffer until all sinks have one.
+bool prerolls(GstPad* source) {
+  auto at = Ref<GstPad>::share(source);
+  for (;;) {
+    const auto peer = Ref<GstPad>::adopt(gst_pad_get_peer(at.get()));
+    const auto element =
+        Ref<GstElement>::adopt(peer ? gst_pad_get_parent_element(peer.get()) : nullptr);
+    if (!element) return false;
+    if (GST_OBJECT_FLAG_IS_SET(element.get(), GST_ELEMENT_FLAG_SINK)) {
+      gboolean async = TRUE;
+      if (g_object_class_find_property(G_OBJECT_GET_CLASS(element.get()), "async"))
+        g_object_get(element.get(), "async", &async, nullptr);
+      return async;
+    }
+    const auto next = linked_inside(peer.get());
+    if (next.size() != 1 || next[0].get() == at.get()) return false;
+    at = next[0];
+  }
+}
+
+// A queue in another branch of the element of `source` that cannot hold the window; null: none.
+Ref<GstElement> short_queue_beside(GstPad* source, const Window& window) {
+  for (const auto& input : linked_inside(source))
+    for (const auto& other : linked_inside(input.get())) {
+      const auto peer = Ref<GstPad>::adopt(gst_pad_get_peer(other.get()));
+      auto element =
+          Ref<GstElement>::adopt(peer ? gst_pad_get_parent_element(peer.get()) : nullptr);
+      if (other.get() != source && element && is_queue(element.get()) &&
+          is_too_short(element.get(), window) && prerolls(other.get()))
+        return element;
+    }
+  return {};
+}
+
+bool is_live(GstPad* sink) {
+  const auto query = Ref<GstQuery>::adopt(gst_query_new_latency());
+  gboolean live = FALSE;
+  if (gst_pad_peer_query(sink, query.get()))
+    gst_query_parse_latency(query.get(), &live, nullptr, nullptr);
+  return live;
+}
+
 Error loop(const std::string& element, const std::string& pad) {
   return Error{
       .code = Code::GRAPH_STALLS,
@@ -146,6 +205,32 @@ std::optional<Ref<GstPad>> queue_filled_by(const Ref<GstPad>& thread, GstPad* si
 Status can_be_fed(GstElement* element, GstPad* sink) {
   Start start{element, {}, {}};
   return start.is_fed(sink) ? ok() : Status(loop(get_name(element), get_name(sink)));
+}
+
+Status can_collect(GstElement* element, GstPad* sink, const Window& window) {
+  if (GST_STATE(element) == GST_STATE_PLAYING || is_live(sink)) return ok();
+  std::vector<Ref<GstPad>> seen;
+  for (auto at = Ref<GstPad>::share(sink);;) {
+    const auto peer = Ref<GstPad>::adopt(gst_pad_get_peer(at.get()));
+    if (!peer) return ok();
+    if (const auto queue = short_queue_beside(peer.get(), window)) {
+      const std::string time = std::to_string(2 * window.duration);
+      return Error{.code = Code::GRAPH_STALLS,
+                   .what = "a window is longer than a queue in another branch of its tee",
+                   .offered = get_name(queue.get()) + " beside " + get_name(element) +
+                              ", which collects " + std::to_string(window.buffers) +
+                              " buffers of " + std::to_string(window.duration / GST_MSECOND) +
+                              " ms",
+                   .needed = "a queue that holds the window until the pipeline has prerolled",
+                   .difference = "the tee waits for " + get_name(queue.get()) + ", which is full",
+                   .fix = "queue name=" + get_name(queue.get()) +
+                          " max-size-buffers=0 max-size-bytes=0 max-size-time=" + time};
+    }
+    const auto before = linked_inside(peer.get());
+    if (before.size() != 1 || std::find(seen.begin(), seen.end(), before[0]) != seen.end())
+      return ok();
+    seen.push_back(at = before[0]);
+  }
 }
 
 Status can_wait(GstElement* element, GstPad* waiting, GstPad* empty) {

@@ -31,4 +31,12 @@ Status can_be_fed(GstElement* element, GstPad* sink);
 // or a pad that all data for both passes through.
 Status can_wait(GstElement* element, GstPad* waiting, GstPad* empty);
 
+// What `sink` needs before its element pushes.
+struct Window {
+  uint64_t duration = 0, buffers = 0;  // nanoseconds; 0 = not known
+};
+// GRAPH_STALLS when a queue in another branch of a tee is full before `sink` has the window: while
+// the pipeline prerolls, nothing empties that queue, and the tee waits for it.
+Status can_collect(GstElement* element, GstPad* sink, const Window& window);
+
 }  // namespace weir::gst
