@@ -1,5 +1,5 @@
-// FlexBuffers messages. The library builds everything but the bytes of the tensors, which stand in
-// front as blobs that the vectors then point to: each byte is copied once, to its place.
+// FlexBuffers messages. The library builds them in the order in which NNStreamer does, so that
+// programs that compare bytes find the same ones.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "messages/flexbuf_message.hpp"
 
@@ -15,15 +15,7 @@
 namespace weir::messages {
 namespace {
 
-constexpr size_t kAlignment = 64;   // of each tensor in a message
-constexpr size_t kLengthBytes = 4;  // in front of a blob; the width of offsets, too
-constexpr uint8_t kBlobType =
-    static_cast<uint8_t>(flexbuffers::FBT_BLOB << 2 | flexbuffers::BIT_WIDTH_32);
 constexpr size_t kParts = 4;  // of a tensor: name, type, dimensions, data
-
-size_t data_after(size_t at) {
-  return (at + kLengthBytes + kAlignment - 1) / kAlignment * kAlignment;
-}
 
 std::string make_key(size_t index) {
   return "tensor_" + std::to_string(index);
@@ -31,7 +23,6 @@ std::string make_key(size_t index) {
 
 void build(const TensorMessage& message, flexbuffers::Builder* builder) {
   builder->Clear();
-  builder->ForceMinimumBitWidth(flexbuffers::BIT_WIDTH_32);  // room for offsets to the tensors
   builder->Map([&] {
     builder->UInt("num_tensors", message.tensors.size());
     builder->Int("rate_n", message.rate_n);
@@ -43,26 +34,11 @@ void build(const TensorMessage& message, flexbuffers::Builder* builder) {
         builder->String("");
         builder->Int(tensor.type);
         builder->Vector(tensor.dimensions.data(), tensor.dimensions.size());
-        builder->Blob(nullptr, 0);  // replaced
+        builder->Blob(tensor.data.data(), tensor.data.size());
       });
     }
   });
   builder->Finish();
-}
-
-// The elements of a vector as they lie in memory.
-struct Elements : flexbuffers::Vector {
-  explicit Elements(const flexbuffers::Vector& vector) : flexbuffers::Vector(vector) {}
-  uint8_t* data() const { return const_cast<uint8_t*>(data_); }
-  size_t width() const { return byte_width_; }
-};
-
-// Lets the last element of tensor vector `index` refer to the blob at `data`.
-void point_to(const uint8_t* data, size_t index, const flexbuffers::Map& map) {
-  const Elements parts(map[make_key(index).c_str()].AsVector());
-  uint8_t* const element = parts.data() + (kParts - 1) * parts.width();
-  flatbuffers::WriteScalar(element, static_cast<uint32_t>(element - data));
-  parts.data()[kParts * parts.width() + kParts - 1] = kBlobType;
 }
 
 Error not_flexbuf(std::string what, size_t bytes) {
@@ -142,29 +118,13 @@ FlexbufMessage::FlexbufMessage(FlexbufMessage&&) noexcept = default;
 FlexbufMessage::~FlexbufMessage() = default;
 
 Status FlexbufMessage::write(const TensorMessage& message, const ReserveBytes& reserve) {
-  build(message, &room_->builder);
-  const auto& rest = room_->builder.GetBuffer();
   uint64_t total = 0;
-  for (const auto& tensor : message.tensors) {
-    total = data_after(total) + tensor.data.size();
-    if (auto status = check_size(kName, total); !status) return status;
-  }
-  const auto rest_at = static_cast<size_t>((total + 7) / 8 * 8);
-  if (auto status = check_size(kName, rest_at + rest.size()); !status) return status;
-  auto* const out = reinterpret_cast<uint8_t*>(reserve(rest_at + rest.size()));
-  std::memcpy(out + rest_at, rest.data(), rest.size());
-  const auto map = flexbuffers::GetRoot(out + rest_at, rest.size()).AsMap();
-  size_t at = 0;
-  for (size_t i = 0; i < message.tensors.size(); ++i) {
-    const auto data = message.tensors[i].data;
-    const size_t begin = data_after(at), length_at = begin - kLengthBytes;
-    std::memset(out + at, 0, length_at - at);
-    flatbuffers::WriteScalar(out + length_at, static_cast<uint32_t>(data.size()));
-    if (!data.empty()) std::memcpy(out + begin, data.data(), data.size());
-    point_to(out + begin, i, map);
-    at = begin + data.size();
-  }
-  std::memset(out + at, 0, rest_at - at);
+  for (const auto& tensor : message.tensors) total += tensor.data.size();
+  if (auto status = check_size(kName, total); !status) return status;
+  build(message, &room_->builder);
+  const auto& built = room_->builder.GetBuffer();
+  if (auto status = check_size(kName, built.size()); !status) return status;
+  std::memcpy(reserve(built.size()), built.data(), built.size());
   return ok();
 }
 

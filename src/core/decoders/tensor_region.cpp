@@ -66,7 +66,7 @@ class TensorRegion {
              .labels = count_labels(options),
              .input = read_input_size(options),
              .selected_by = "mode"})) {
-    header_.format = Format::Flexible;
+    header_.format = Format::Static;  // as NNStreamer writes it, although the stream is flexible
     header_.spec.type = ElementType::UInt32;
     header_.spec.shape = Shape::parse("4:" + std::to_string(regions_));
   }

@@ -65,8 +65,6 @@ TEST(FlexbufDecoder, WritesLargeAndFlexibleTensors) {
   EXPECT_EQ(map["format"].AsInt32(), 1);
   EXPECT_EQ(get_bytes(map["tensor_0"].AsVector()), large);
   EXPECT_EQ(get_bytes(map["tensor_1"].AsVector()), Bytes(130, 6));
-  for (const char* key : {"tensor_0", "tensor_1"})
-    EXPECT_EQ((map[key].AsVector()[3].AsBlob().data() - made.bytes.data()) % 64, 0);
 }
 
 }  // namespace flexbuf_test
