@@ -26,6 +26,7 @@ int with(weir_pipeline* pipeline, weir_error** error, Body&& body, const Pointer
   return library::guarded(error, [&] {
     if (!pipeline || (... || !pointers))
       return library::keep(error, library::null_pointer("an argument"));
+    if (const auto status = check_process(); !status) return library::keep(error, status.error());
     return to_return_code(body(*pipeline->pipeline), error);
   });
 }

@@ -84,7 +84,12 @@ thread_local WarningCapture* WarningCapture::innermost = nullptr;
 
 }  // namespace
 
+Status check_process() {
+  return is_forked() ? Status(forked_process()) : ok();
+}
+
 Status start_gstreamer() {
+  if (auto status = check_process(); !status) return status;
   GError* raw = nullptr;
   if (gst_init_check(nullptr, nullptr, &raw)) return ok();
   const gst::Unique<GError, g_error_free> error(raw);
@@ -378,6 +383,7 @@ void Pipeline::halt() {
 }
 
 GstState Pipeline::state() const {
+  if (is_forked()) return GST_STATE_NULL;
   GstState state = GST_STATE_NULL, next = GST_STATE_VOID_PENDING;
   gst_element_get_state(pipeline_.get(), &state, &next, 0);
   return next == GST_STATE_VOID_PENDING ? state : next;

@@ -23,6 +23,9 @@
 
 namespace weir::pipeline {
 
+// GRAPH_STALLS in a process that was forked from one in which pipelines ran: locks may be held for
+// ever there.
+Status check_process();
 Status start_gstreamer();
 
 enum class WaitResult { Done, TimePassed, Ended };  // weir_pipeline_result
