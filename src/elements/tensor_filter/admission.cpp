@@ -59,6 +59,7 @@ void FrameAdmission::reset(const FilterSettings& settings) noexcept {
 
 void FrameAdmission::restart() noexcept {
   earliest_ = GST_CLOCK_TIME_NONE;
+  idle_since_.reset();
   throttle_.restart();
   gst_segment_init(&segment_, GST_FORMAT_UNDEFINED);
   lag_.reset();
@@ -102,7 +103,8 @@ void FrameAdmission::warn_if_late(GstBuffer* buffer) {
   const GstClockTimeDiff now =
       GST_CLOCK_DIFF(gst_element_get_base_time(element_), gst_clock_get_time(clock.get()));
   const GstClockTimeDiff lag = now - static_cast<GstClockTimeDiff>(due);
-  if (!lag_.observe(nanoseconds(now), nanoseconds(lag))) return;
+  const auto idle = idle_since_ ? std::chrono::steady_clock::now() - *idle_since_ : nanoseconds(0);
+  if (!lag_.observe(nanoseconds(now), nanoseconds(lag), idle)) return;
   GstClockTime latency = 0;
   may_warn_ = is_live(&latency);
   if (!may_warn_ || lag - static_cast<GstClockTimeDiff>(latency) <

@@ -6,6 +6,7 @@
 #include <gst/gst.h>
 
 #include <atomic>
+#include <chrono>
 #include <cstdint>
 #include <optional>
 
@@ -51,6 +52,10 @@ class FrameAdmission {
   // Posts FALLS_BEHIND at most once, and only if when-busy is not set; only then it queries
   // upstream whether the stream is live.
   void warn_if_late(GstBuffer* buffer);
+  // Streaming thread; call when it has processed a frame and waits for the next one.
+  void note_idle() noexcept {
+    if (may_warn_) idle_since_ = std::chrono::steady_clock::now();
+  }
   // Streaming thread: why the frame is dropped; nullopt = it is processed. A frame that throttling
   // drops is reported upstream in a QoS event of type OVERFLOW.
   std::optional<DropReason> drop_reason(GstBuffer* buffer) noexcept;
@@ -73,6 +78,7 @@ class FrameAdmission {
   GstSegment segment_{};
   bool may_warn_ = false;  // FALLS_BEHIND was not posted, and may be
   infer::FallingBehind lag_;
+  std::optional<std::chrono::steady_clock::time_point> idle_since_;
 };
 
 }  // namespace weir

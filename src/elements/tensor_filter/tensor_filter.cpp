@@ -175,6 +175,7 @@ class TensorFilter final : public gst::Element<TensorFilter, gst::PlainElement>,
     const GstClockTime deadline = admission_.get_deadline(buffer.get());
     const auto flow = flow_->push(std::move(buffer), deadline);
     model_.touch();
+    admission_.note_idle();
     return flow;
   }
 

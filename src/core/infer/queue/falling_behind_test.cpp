@@ -48,5 +48,17 @@ TEST(FallingBehind, StartsAgainAfterAReset) {
   EXPECT_TRUE(watch.observe(milliseconds(4500), milliseconds(1500)));
 }
 
+// A camera that froze sends on with the same lag: the model waits for each frame.
+TEST(FallingBehind, IgnoresALagThatIsOfTheSource) {
+  FallingBehind lag;
+  bool behind = false;
+  for (int i = 0; i < 200; ++i)
+    behind |= lag.observe(milliseconds(40 * i), std::chrono::seconds(8), milliseconds(30));
+  EXPECT_FALSE(behind);
+  for (int i = 200; i < 400; ++i)
+    behind |= lag.observe(milliseconds(40 * i), std::chrono::seconds(8), milliseconds(1));
+  EXPECT_TRUE(behind);
+}
+
 }  // namespace falling_behind_test
 }  // namespace weir::infer
