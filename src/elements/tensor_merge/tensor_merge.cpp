@@ -68,7 +68,8 @@ class TensorMerge : public SyncElement<TensorMerge> {
     const auto judge = [&](const Settings& wanted) -> Status {
       if (auto status = plan(wanted, tensors, &out); !status) return status;
       const auto pad = Ref<GstPad>::adopt(gst_element_get_static_pad(element(), "src"));
-      return gst::check_downstream(pad.get(), out, "another option=");
+      return gst::check_downstream(pad.get(), out,
+                                   "tensor_merge option=" + followed_.in_force.option);
     };
     if (follow_settings(&followed_, judge)) return out;
     if (auto status = plan(followed_.in_force, tensors, &out); !status) return status.error();

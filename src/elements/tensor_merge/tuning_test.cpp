@@ -81,7 +81,9 @@ TEST(MergePropertyChange, OutputThatDownstreamRejectsIsRejected) {
   merge.push_all({{1, 2}, {3, 4}}, 0);
   g_object_set(merge.element(), "option", "1", nullptr);
   merge.push_all({{5, 6}, {7, 8}}, 40);
-  EXPECT_SAYS(merge.warning(), "2:2");
+  const std::string warning = merge.warning();
+  EXPECT_SAYS(warning, "2:2");
+  EXPECT_SAYS(warning, "fix: tensor_merge option=0");
   EXPECT_EQ(option(merge), "0");
   ASSERT_EQ(merge.buffers().size(), 2u);
   EXPECT_EQ(read_memories(merge.buffers()[1].get()), (std::vector<Bytes>{{5, 6, 7, 8}}));

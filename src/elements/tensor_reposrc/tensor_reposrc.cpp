@@ -341,10 +341,13 @@ class TensorReposrc : public gst::Element<TensorReposrc, gst::PushSource> {
 
   // A loop begins with a frame of a known size, which flexible caps do not give.
   std::string fix_for(const FrameSpec& frames, const GstCaps* caps) const {
-    const std::string slot = "slot-index=" + std::to_string(settings().slot_index);
     if (frames.format == Format::Flexible && spec_.format == Format::Static)
-      return "tensor_converter ! tensor_reposink " + slot;
-    return "tensor_reposrc " + slot + " caps=\"" + to_string(caps) + "\"";
+      return "tensor_converter ! tensor_reposink " + slot();
+    return with_caps(caps);
+  }
+  std::string slot() const { return "slot-index=" + std::to_string(settings().slot_index); }
+  std::string with_caps(const GstCaps* caps) const {
+    return "tensor_reposrc " + slot() + " caps=\"" + to_string(caps) + "\"";
   }
 
   // Applies the property caps, set while frames flow, at the first frame that matches them.
@@ -352,7 +355,8 @@ class TensorReposrc : public gst::Element<TensorReposrc, gst::PushSource> {
     const auto spec = spec_with_roles(settings().caps.get());
     if (!spec || !describe_difference(frame, *spec).empty()) return;
     follow_settings(&followed_, [&](const Settings& wanted) -> Status {
-      if (auto status = gst::check_downstream(pad(), wanted.caps.get(), "another caps="); !status)
+      if (auto status = gst::check_downstream(pad(), wanted.caps.get(), with_caps(caps_.get()));
+          !status)
         return status;
       if (auto status = plan(wanted.caps); !status) return status;
       gst_base_src_set_caps(GST_BASE_SRC(self()), wanted.caps.get());

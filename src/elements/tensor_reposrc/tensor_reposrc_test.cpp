@@ -89,6 +89,8 @@ TEST(TensorReposrc, CapsThatDownstreamRejectsAreRejectedAndRestored) {
   const Harness sink = make_harness("tensor_reposink slot-index=41", tensor("uint8", "3"));
   gst_harness_push(sink.get(), frame(ramp(3)));
   EXPECT_TRUE(ends(h));
+  EXPECT_SAYS(messages.next_warning(),
+              "fix: tensor_reposrc slot-index=41 caps=\"other/tensor, dimension=(string)2");
   EXPECT_SAYS(messages.next(), "the frames of the tensor_reposink do not match the property caps");
   GstCaps* raw = nullptr;
   g_object_get(element.get(), "caps", &raw, nullptr);
