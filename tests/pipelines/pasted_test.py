@@ -374,7 +374,9 @@ class FixLines(unittest.TestCase):
         numpy.testing.assert_array_equal(numpy.fromfile(self.folder / "y", "float32").reshape(3, 4), x * k)
 
     def test_a_stream_that_nothing_decodes_needs_a_converter_of_its_own(self):
-        for media, name in (("application/x-event-stream,framerate=30/1", "event-stream"), ("application/vnd.imu+raw", "vnd-imu-raw")):
+        for media, name in (("application/x-event-stream,framerate=30/1", "event-stream"), ("application/vnd.imu+raw", "vnd-imu-raw"),
+                            ("application/9axis", "axis"), ("application/x-" + 80 * "a", 64 * "a"), ("application/x-123", "my-converter"),
+                            ("application/x--", "my-converter"), ("application/x-auto", "my-converter"), ("application/any", "my-converter")):
             text = run(f"filesrc location=/dev/zero ! {media} ! tensor_converter ! fakesink").stderr
             self.assertIn(f"needed: a module that converts {media.partition(',')[0]}, in a folder of WEIR_MODULE_PATH", text)
             fix = re.search("fix: (.*)", text)[1]
@@ -382,6 +384,7 @@ class FixLines(unittest.TestCase):
             self.assertNotIn("decodebin", text)
             made = subprocess.run([os.environ["WEIR_COMMAND"], *fix.split()[1:]], cwd=self.folder, capture_output=True, text=True, check=False)
             self.assertEqual(made.returncode, 0, made.stderr)
+            shutil.rmtree(self.folder / name)
 
     def test_elements_of_other_projects_have_an_equivalent(self):
         for name, equivalent, fix in (("gvadetect model=a.onnx device=CPU", "tensor_filter", "weir try a.onnx photo.jpg"),

@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <cstring>
 #include <filesystem>
+#include <system_error>
 
 #include "commands.hpp"
 #include "core/card/find_card.hpp"
@@ -58,7 +59,11 @@ Result<std::string> card_text(const CardOptions& options) {
   TryOptions tried;
   tried.model = options.model;
   tried.engine = options.engine;
-  if (const auto read = try_model(tried); read && read->input) {
+  const auto read = try_model(tried, **model);
+  if (!read)
+    std::fprintf(stderr, "weir try cannot fill in the pixels and the mode:\n%s\n\n",
+                 read.error().message().c_str());
+  if (read && read->input) {
     search.from_model = {*read->input};
     search.decoder = read->mode;
     if (!read->notes.empty())
@@ -82,10 +87,16 @@ Error not_written(const CardOptions& options, const std::string& path, int reaso
   return out;
 }
 
-void print_place(const std::string& model) {
-  const auto beside = fs::path(model).replace_extension(".card.json").string();
-  std::fprintf(stderr, "\nTo write it where Weir finds it: weir card %s --output %s\n",
-               shell_word(model).c_str(), shell_word(beside).c_str());
+// A card that is there already is not replaced.
+void print_place(const CardOptions& options) {
+  const auto card = fs::path(options.model).replace_extension(".card.json");
+  std::error_code ignored;
+  if (fs::exists(card, ignored)) return;
+  const std::string engine =
+      options.engine.empty() ? "" : " --engine " + shell_word(options.engine);
+  std::fprintf(stderr, "\nTo write it where Weir finds it: weir card %s%s --output %s\n",
+               shell_word(options.model).c_str(), engine.c_str(),
+               shell_word(card.string()).c_str());
 }
 
 }  // namespace
@@ -99,7 +110,7 @@ int write_card(const CardOptions& given) {
   if (!text) return report(text.error(), false);
   if (options.output.empty() || options.output == "-") {
     std::fputs(text->c_str(), stdout);
-    if (options.output.empty()) print_place(options.model);
+    if (options.output.empty()) print_place(options);
     return kExitGood;
   }
   const std::string& path = options.output;

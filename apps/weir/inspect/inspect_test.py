@@ -7,6 +7,7 @@ import json
 import os
 import pathlib
 import re
+import shutil
 import subprocess
 import unittest
 
@@ -72,7 +73,11 @@ class Inspect(Case):
             card = json.loads(self.good(done))
             self.assertEqual(os.listdir(self.folder), ["own.onnx"])
             self.assertIn(f"weir card {model} --output {card_path}\n", done.stderr)
+            by_engine = weir("card", model, "--engine", "onnxruntime", **places)
+            self.assertEqual(json.loads(self.good(by_engine)), card)
+            self.assertIn(f"weir card {model} --engine onnxruntime --output {card_path}\n", by_engine.stderr)
             self.assertEqual((card["decoder"], card["inputs"][0]["resize"]), (decoder, resize))
+            self.assertEqual("WEIR-2001: the outputs can be read as " in done.stderr, scale == ["?"], done.stderr)
             if scale == ["?"]:
                 self.assertEqual(card["inputs"][0]["scale"], scale)
                 continue
@@ -82,12 +87,24 @@ class Inspect(Case):
             by_card = weir("try", model, "test", "--json", **places)
             self.assertEqual(self.good(by_card), self.good(assumed))
             self.assertIn(f"card={card_path}", by_card.stderr)
+            again = weir("card", model, **places)
+            self.good(again)
+            self.assertNotIn("--output", again.stderr, "it refuses to replace the card")
             # The model is trained again: its card is corrected by the fix.
             model.write_bytes(model.read_bytes() + b"\x72\x00")
-            refused = weir("try", model, "test", **places)
+            refused = weir("try", model, "test", **places | {"WEIR_CARD_PATH": str(self.folder)})
             self.refused(refused, 1, "the card next to the model belongs to a different file", "if you trained the model again")
             subprocess.run(re.search("fix: (sed .*)", refused.stderr)[1], shell=True, check=True)
             self.good(weir("try", model, "test", "--json", **places))
+            # The card of a model of the catalogue is right: the file is not.
+            installed = self.folder / "installed"
+            installed.mkdir()
+            shutil.copy(card_path, installed)
+            model.write_bytes(model.read_bytes() + b"\x72\x00")
+            refused = weir("try", model, "test", **places | {"WEIR_CARD_PATH": str(installed)})
+            self.refused(refused, 1, "the card next to the model belongs to a different file", ": download the model again\n")
+            self.assertNotIn("sed", refused.stderr)
+            shutil.rmtree(installed)
             card_path.unlink()
 
     @unittest.skipUnless(HAS_ONNX, "the engine onnxruntime is not built")

@@ -315,13 +315,17 @@ bool links_up_to(const std::string& text, size_t place) {
   return false;
 }
 
-// "application/x-event-stream" -> "event-stream", as `weir new` takes names.
-std::string name_of_converter(const std::string& media_type) {
+// "application/x-event-stream" -> "event-stream", as `weir new` takes names: a letter first, 64
+// characters, not "auto" or "any".
+std::string make_converter_name(const std::string& media_type) {
+  constexpr size_t kMaxName = 64;
   std::string out;
   for (const char c : lower(media_type.substr(media_type.find('/') + 1)))
     out += std::isalnum(static_cast<unsigned char>(c)) ? c : '-';
   if (out.starts_with("x-")) out.erase(0, 2);
-  return out;
+  out.erase(0, out.find_first_of("abcdefghijklmnopqrstuvwxyz"));
+  out.resize(std::min(out.size(), kMaxName));
+  return out.empty() || out == "auto" || out == "any" ? "my-converter" : out;
 }
 
 // For a stream that only a converter of the user can read.
@@ -331,7 +335,7 @@ void propose_converter(GstCaps* offered, Error* out) {
   out->needed = "a module that converts " + type +
                 ", in a folder of WEIR_MODULE_PATH; the fix makes the source of one "
                 "(docs/guide/use-a-sensor.md)";
-  out->fix = "weir new converter " + name_of_converter(type);
+  out->fix = "weir new converter " + make_converter_name(type);
 }
 
 }  // namespace

@@ -4,24 +4,50 @@
 #include <gst/tag/tag.h>
 #include <gst/video/video.h>
 
+#include <filesystem>
 #include <fstream>
-#include <iterator>
 #include <optional>
 #include <string_view>
+#include <system_error>
 
 #include "gstcpp/element/ref.hpp"
 
 namespace weir::app {
 namespace {
 
+constexpr std::string_view kStart = "\xFF\xD8";
+
+// The first MiB of a JPEG file, which has the Exif data in one of its first segments; "" for every
+// other file. A video may be large, and a pipe can be read only once.
+std::string read_start(const std::string& path) {
+  constexpr std::streamsize kMaxBytes = std::streamsize{1} << 20;
+  std::error_code ignored;
+  if (!std::filesystem::is_regular_file(path, ignored)) return "";
+  std::ifstream file(path, std::ios::binary);
+  std::string bytes(kStart.size(), '\0');
+  const auto read = [&file, &bytes](size_t from) {
+    file.read(bytes.data() + from, static_cast<std::streamsize>(bytes.size() - from));
+    bytes.resize(from + static_cast<size_t>(file.gcount()));
+  };
+  read(0);
+  if (bytes != kStart) return "";
+  bytes.resize(kMaxBytes);
+  read(kStart.size());
+  return bytes;
+}
+
 // The TIFF data of the first Exif segment before the pixels.
 std::optional<std::string_view> find_exif(std::string_view jpeg) {
   constexpr std::string_view kExif("Exif\0\0", 6);
   constexpr unsigned kApplication1 = 0xE1, kStartOfScan = 0xDA;
   const auto at = [&](size_t i) -> unsigned { return static_cast<unsigned char>(jpeg[i]); };
-  if (!jpeg.starts_with("\xFF\xD8")) return std::nullopt;
-  // A segment is FF, its kind, and its length with the two bytes of the length.
-  for (size_t segment = 2; segment + 4 <= jpeg.size() && at(segment) == 0xFF;) {
+  // A segment is FF, its kind, and its length with the two bytes of the length. Further FF may come
+  // before the kind.
+  for (size_t segment = kStart.size(); segment + 4 <= jpeg.size() && at(segment) == 0xFF;) {
+    if (at(segment + 1) == 0xFF) {
+      ++segment;
+      continue;
+    }
     const size_t length = at(segment + 2) << 8 | at(segment + 3);
     if (at(segment + 1) == kStartOfScan || length < 2) return std::nullopt;
     const std::string_view data = jpeg.substr(segment + 4).substr(0, length - 2);
@@ -35,8 +61,7 @@ std::optional<std::string_view> find_exif(std::string_view jpeg) {
 }  // namespace
 
 std::string photo_direction(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  const std::string bytes((std::istreambuf_iterator<char>(file)), {});
+  const std::string bytes = read_start(path);
   const auto exif = find_exif(bytes);
   if (!exif || exif->empty()) return "";
   const auto buffer = gst::Ref<GstBuffer>::adopt(gst_buffer_new_memdup(exif->data(), exif->size()));

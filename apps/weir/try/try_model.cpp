@@ -322,6 +322,20 @@ Result<std::string> decode(const TryOptions& options, const Result<card::Card>& 
   return std::string();
 }
 
+// The command without --mode, if the model can be read then; else "".
+std::string propose_command(const TryOptions& options, const Result<card::Card>& card,
+                            const decoders::StreamModel& facts, size_t n_labels, TryModel out) {
+  TryOptions other = options;
+  other.mode.clear();
+  if (options.mode.empty() || !decode(other, card, facts, n_labels, &out)) return "";
+  const auto option = [](const char* name, const std::string& value) {
+    return value.empty() ? "" : name + shell_word(value);
+  };
+  return "weir try " + shell_word(options.model) + " " + shell_word(options.input) +
+         option(" --head ", options.head) + option(" --labels ", options.labels) +
+         option(" --engine ", options.engine);
+}
+
 Status check_input(const TryOptions& options, const std::string& path, const infer::Model& model) {
   if (!find_samples(model) && takes_picture(model)) return ok();
   return takes_no_picture(options, path, model,
@@ -351,19 +365,25 @@ Status prepare(const TryOptions& options, const Result<card::Card>& card, const 
 }  // namespace
 
 Result<TryModel> try_model(const TryOptions& options) {
-  TryModel out;
-  auto path = find_path(options.model);
+  const auto path = find_path(options.model);
   if (!path) return path.error();
-  out.path = *path;
-  out.engine = options.engine;
-  const auto model = open(out.path, options.engine);
+  const auto model = open(*path, options.engine);
   if (!model) return missing_file(options, command_error(model.error()));
-  const auto card = make_card(out.path, **model);
+  TryOptions found = options;
+  found.model = *path;
+  return try_model(found, **model);
+}
+
+Result<TryModel> try_model(const TryOptions& options, const infer::Model& model) {
+  TryModel out;
+  out.path = options.model;
+  out.engine = options.engine;
+  const auto card = make_card(out.path, model);
   // Without its card the model would run on pixels that are guessed.
   if (!card && card.error().code == Code::CARD_INVALID) return card.error();
   const auto facts =
-      describe_model(**model, out.path, card ? card->inputs[0].shape : std::vector<int64_t>());
-  if (auto status = card ? ok() : check_input(options, out.path, **model); !status)
+      describe_model(model, out.path, card ? card->inputs[0].shape : std::vector<int64_t>());
+  if (auto status = card ? ok() : check_input(options, out.path, model); !status)
     return status.error();
   auto labels = read_labels(options, card, facts, out.path);
   if (!labels) return labels.error();
@@ -371,8 +391,12 @@ Result<TryModel> try_model(const TryOptions& options) {
   out.names = std::move(labels->names);
 
   const auto family = decode(options, card, facts, out.names.size(), &out);
-  if (!family) return family.error();
-  if (auto status = prepare(options, card, **model, *family, &out); !status) return status.error();
+  if (!family) {
+    Error error = family.error();
+    if (error.fix.empty()) error.fix = propose_command(options, card, facts, out.names.size(), out);
+    return error;
+  }
+  if (auto status = prepare(options, card, model, *family, &out); !status) return status.error();
   return out;
 }
 

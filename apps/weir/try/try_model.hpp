@@ -7,6 +7,7 @@
 
 #include "commands.hpp"
 #include "core/card/card.hpp"
+#include "core/infer/model/model.hpp"
 #include "launch/pipeline_description.hpp"
 #include "weir/result.hpp"
 
@@ -30,5 +31,7 @@ struct TryModel {
 // modes can read the outputs; also for a model that does not take a picture;
 // CARD_INVALID for a card that cannot be read or belongs to another file.
 Result<TryModel> try_model(const TryOptions& options);
+// The same for an open model; options.model is its path.
+Result<TryModel> try_model(const TryOptions& options, const infer::Model& model);
 
 }  // namespace weir::app

@@ -38,8 +38,17 @@ bool is_live(const std::string& input) {
 // A model that is slower than the input gets its newest frame.
 constexpr char kNewest[] = " ! queue leaky=downstream max-size-buffers=1";
 
-// A video names its direction in a tag of its stream.
-constexpr char kUpright[] = " ! videoconvert ! videoflip video-direction=auto";
+// The path of a file:// address; "" for other addresses.
+std::string find_local_path(const std::string& uri) {
+  const gst::Unique<gchar, g_free> path(g_filename_from_uri(uri.c_str(), nullptr, nullptr));
+  return path ? path.get() : "";
+}
+
+// A video names its direction in a tag of its stream. A JPEG file may have any name.
+std::string turn_upright(const std::string& path) {
+  const std::string direction = photo_direction(path);
+  return " ! videoconvert ! videoflip video-direction=" + (direction.empty() ? "auto" : direction);
+}
 
 // A picture of its own has no time.
 std::string convert_photo(const std::string& path) {
@@ -73,7 +82,8 @@ Result<PipelineDescription> make_source(const TryOptions& options) {
   if (input.find("://") != std::string::npos)
     return PipelineDescription()
         .element("uridecodebin", {{"uri", input}})
-        .text(is_live(input) ? std::string(" ! videoconvert") + kNewest : kUpright);
+        .text(is_live(input) ? std::string(" ! videoconvert") + kNewest
+                             : turn_upright(find_local_path(input)));
   std::error_code ignored;
   if (is_camera(input) && fs::exists(input, ignored))
     return PipelineDescription()
@@ -84,7 +94,7 @@ Result<PipelineDescription> make_source(const TryOptions& options) {
     return PipelineDescription()
         .element("filesrc", {{"location", input}})
         .text(" ! decodebin")
-        .text(is_photo(input) ? convert_photo(input) : kUpright);
+        .text(is_photo(input) ? convert_photo(input) : turn_upright(input));
   if (input == "test") return PipelineDescription().text("videotestsrc num-buffers=100");
   return Error{
       .code = Code::FILE_NOT_FOUND,

@@ -121,7 +121,16 @@ class Refused(Case):
 
     @unittest.skipUnless(HAS_ONNX, "the engine onnxruntime is not built")
     def test_a_mode_that_cannot_read_the_outputs(self):
-        self.refused(weir("try", "--mode", "pose", MODEL, "test", **CARDS), 1, "WEIR-2001", "no head of this mode")
+        self.refused(weir("try", "--mode", "pose", MODEL, "test", **CARDS), 1, "WEIR-2001", "no head of this mode",
+                     "needed: the outputs of a head of docs/heads.md: ", " and 2 others")
+        path = write_rows_model(self.folder, "rows", 84, 8400)
+        refused = weir("try", "--mode", "classification", "--engine", "onnxruntime", path, "test", **CARDS)
+        self.refused(refused, 1, "no head of this mode", "(docs/heads.md)", f"fix: weir try {path} test --engine onnxruntime\n")
+        self.assertIn("read as detection by the head yolov8", weir(*re.search("fix: weir (.*)", refused.stderr)[1].split(), **CARDS).stderr)
+        path = write_map_model(self.folder, "mask")
+        refused = weir("try", "--mode", "pose", path, "test", **CARDS)
+        self.refused(refused, 1, "WEIR-2001", "no head of this mode")
+        self.assertNotIn("fix: weir try", refused.stderr, "the map can be read in several modes")
 
     @unittest.skipUnless(HAS_ONNX, "the engine onnxruntime is not built")
     def test_a_card_of_another_file(self):
@@ -232,6 +241,25 @@ class Depth(Case):
             size, is_upright, printed = self.read_upright(photo)
             self.assertEqual((size, is_upright), ((64, 96), True), (orientation, printed))
             self.assertEqual("videoflip" in printed, orientation > 1, printed)
+
+    def test_photos_of_other_names_and_addresses_are_turned_too(self):
+        """Also one with a second FF before a marker, which JPEG allows."""
+        from PIL import Image
+        exif = Image.Exif()
+        exif[0x0112] = 6
+        photo = self.folder / "a photo.jpg"
+        self.write_quarters(photo, Image.Transpose.ROTATE_90, quality=95, exif=exif)
+        filled, other = photo.with_name("filled.jpg"), photo.with_name("photo.jfif")
+        whole = photo.read_bytes()
+        for at in (2, whole.index(b"Exif") - 4):
+            filled.write_bytes(whole[:at] + b"\xff\xff" + whole[at:])
+            size, is_upright, printed = self.read_upright(filled)
+            self.assertEqual((size, is_upright), ((64, 96), True), printed)
+        other.write_bytes(whole)
+        for source in (other, photo.as_uri(), other.as_uri()):
+            size, is_upright, printed = self.read_upright(source)
+            self.assertEqual((size, is_upright), ((64, 96), True), printed)
+            self.assertIn("videoflip video-direction=90r", printed)
 
     def test_videos_are_turned_as_their_header_says(self):
         photo, clip = self.folder / "stored.png", self.folder / "clip.mp4"

@@ -57,17 +57,36 @@ nlohmann::ordered_json input_to_fill_in(const ImageInput& input, bool has_pixels
   return out;
 }
 
-Result<Card> read_beside(const fs::path& beside, const Search& search) {
-  auto card = read(beside.string());
+// Whether the folders have this card too, as they have those of the catalogue's models.
+bool is_installed(const Search& search, const Card& own) {
+  return std::any_of(search.folders.begin(), search.folders.end(), [&](const auto& folder) {
+    const auto paths = cards_in(folder);
+    return std::any_of(paths.begin(), paths.end(), [&](const auto& path) {
+      std::error_code ignored;
+      if (fs::equivalent(path, own.path, ignored)) return false;
+      const auto card = read(path);
+      return card && card->sha256 == own.sha256;
+    });
+  });
+}
+
+// Reads the card next to the model.
+Result<Card> read_own_card(const std::string& path, const Search& search) {
+  auto card = read(path);
   if (!card || card->sha256 == search.sha256()) return card;
-  return Error{.code = Code::CARD_INVALID,
-               .what = "the card next to the model belongs to a different file",
-               .offered = beside.string() + ": sha256 " + card->sha256,
-               .needed = "sha256 " + search.sha256() +
-                         ": if you trained the model again, correct the card by the fix; if you "
-                         "downloaded it, download it again",
-               .fix = "sed -i s/" + card->sha256 + "/" + search.sha256() + "/I " +
-                      shell_word(beside.string())};
+  Error error{.code = Code::CARD_INVALID,
+              .what = "the card next to the model belongs to a different file",
+              .offered = path + ": sha256 " + card->sha256,
+              .needed = "sha256 " + search.sha256()};
+  if (is_installed(search, *card)) {
+    error.needed += ": download the model again";
+    return error;
+  }
+  error.needed +=
+      ": if you trained the model again, correct the card by the fix; if you downloaded it, "
+      "download it again";
+  error.fix = "sed -i s/" + card->sha256 + "/" + search.sha256() + "/I " + shell_word(path);
+  return error;
 }
 
 Card card_from_model(const Search& search) {
@@ -109,9 +128,9 @@ std::string card_to_fill_in(const Search& search) {
 }
 
 Result<Card> find(const Search& search) {
-  const fs::path beside = fs::path(search.model).replace_extension(".card.json");
+  const std::string own = fs::path(search.model).replace_extension(".card.json").string();
   std::error_code ignored;
-  if (fs::exists(beside, ignored)) return read_beside(beside, search);
+  if (fs::exists(own, ignored)) return read_own_card(own, search);
   for (const auto& folder : search.folders)
     for (const auto& path : cards_in(folder)) {
       auto card = read(path);
@@ -119,12 +138,11 @@ Result<Card> find(const Search& search) {
       if (card->sha256 == search.sha256()) return card;
     }
   if (!search.from_model.empty()) return card_from_model(search);
-  return Error{
-      .code = Code::CARD_MISSING,
-      .what = "no model card describes how the pixels must be prepared",
-      .offered = search.model,
-      .needed = beside.string() + ", or a card with the model's digest in " + search.folders.back(),
-      .fix = "fill in this card:\n" + card_to_fill_in(search)};
+  return Error{.code = Code::CARD_MISSING,
+               .what = "no model card describes how the pixels must be prepared",
+               .offered = search.model,
+               .needed = own + ", or a card with the model's digest in " + search.folders.back(),
+               .fix = "fill in this card:\n" + card_to_fill_in(search)};
 }
 
 std::vector<std::string> labels_by_name(const std::string& model,

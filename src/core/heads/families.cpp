@@ -155,24 +155,27 @@ std::vector<const Family*> fitting(const ModelSignature& model, uint32_t tasks) 
 }
 
 Error nothing_fits(const ModelSignature& model, uint32_t tasks, const std::string& option) {
-  constexpr size_t kMaxDescribed = 8;
+  constexpr size_t kMaxDescribed = 8, kMaxNamed = 10;
   if (looks_like_picture(model)) return picture_instead_of_results(model, option + "deeplab");
   const auto families = list_families(tasks);
   const auto openable = list_openable(model, families);
-  const auto& described = openable.empty() ? families : openable;
-  const std::string needed = join(described, "; ", [](const Family* family) {
+  auto described = openable.empty() ? families : openable;
+  std::string needed = join(described, "; ", [](const Family* family) {
     return std::string(family->name) + ": " + std::string(family->outputs);
   });
+  if (const size_t count = described.size(); count > kMaxDescribed) {
+    described.resize(std::min(count, kMaxNamed));
+    needed = "the outputs of a head of docs/heads.md: " + list_names(described, "", ", ");
+    if (count > kMaxNamed) needed += " and " + std::to_string(count - kMaxNamed) + " others";
+  } else if (openable.empty()) {
+    needed += " (docs/heads.md)";
+  }
   return {.code = Code::SPEC_MISMATCH,
           .what = "no head of this mode fits these outputs",
           .offered = model.describe_outputs() + describe_input(model),
-          .needed = described.size() > kMaxDescribed
-                        ? "the outputs of one of these: " + list_names(described, "", ", ")
-                        : needed,
+          .needed = std::move(needed),
           .fix = model.input.width == 0
                      ? "tensor_decoder custom=input:640:640, the size of the model's input"
-                 : openable.empty()
-                     ? "another mode, or see docs/heads.md for the outputs that heads read"
                      : list_names(openable, option.c_str(), " or ")};
 }
 

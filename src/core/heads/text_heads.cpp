@@ -9,6 +9,7 @@
 #include "core/detection/text_regions.hpp"
 #include "core/heads/head_options.hpp"
 #include "core/heads/output_shapes.hpp"
+#include "core/heads/readings.hpp"
 #include "core/tensor/geometry.hpp"
 #include "core/text/text.hpp"
 
@@ -79,7 +80,7 @@ class Db final : public Head {
 };
 
 Match fit_db(const ModelSignature& model) {
-  if (!find_map_size(model) || !metadata(model, "task").empty()) return Match::No;
+  if (!find_map_size(model) || !(stated_tasks(model) & kText)) return Match::No;
   return any_name_has(model, "sigmoid") ? Match::Certain : Match::Possible;
 }
 
