@@ -3,6 +3,7 @@
 #include <atomic>
 #include <cstring>
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "elements/tensor_aggregator/window_stream.hpp"
@@ -75,7 +76,8 @@ class TensorAggregator : public gst::PlainFilter<TensorAggregator> {
     const auto spec = caps ? gst::fixed_spec_from_caps(caps.get()) : Result<FrameSpec>(Error{});
     if (!spec || std::strcmp(name, "frames-dim") != 0) return ok();
     const auto setup = make_setup(*spec, wanted);
-    return setup && (*setup)->plan.size_differs ? Status(wrong_size(**setup)) : ok();
+    if (!setup || !(*setup)->plan.size_differs) return ok();
+    return wrong_size(**setup, "the value was rejected, and the old one stays");
   }
 
   Status set_caps(GstCaps* caps) {
@@ -228,7 +230,10 @@ class TensorAggregator : public gst::PlainFilter<TensorAggregator> {
 
   // Sends the caps of the windows, makes their pool and sets the latency.
   Status announce(WindowSetup* setup) {
-    if (setup->plan.size_differs) gst::post_warning(element(), wrong_size(*setup));
+    if (setup->plan.size_differs)
+      gst::post_warning(
+          element(),
+          wrong_size(*setup, "the caps stay unchanged and do not match the size of the frames"));
     const FrameSpec output{Format::Static, setup->plan.output, setup->input.rate};
     setup->window_bytes =
         FrameSpec{Format::Static, setup->plan.memory, {}}.bytes().value_or(UINT64_MAX);
@@ -244,13 +249,14 @@ class TensorAggregator : public gst::PlainFilter<TensorAggregator> {
     setup->pool = *std::move(pool);
     const uint64_t buffers = setup->plan.buffers_waited();
     const GstClockTime latency = window::to_time(buffers * setup->plan.in, setup->input.rate);
-    if (auto status = gst::can_collect(element(), sink_, {latency, buffers}); !status)
+    const gst::Window window{latency, buffers, setup->input.bytes().value_or(0)};
+    if (auto status = gst::can_collect(element(), sink_, window); !status)
       gst::post_warning(element(), status.error());
     set_latency(latency);
     return ok();
   }
 
-  static Error wrong_size(const WindowSetup& setup) {
+  static Error wrong_size(const WindowSetup& setup, const std::string& effect) {
     const auto& shape = setup.input.tensors[0].shape;
     const size_t rank = shape.rank();
     const uint64_t frames = setup.plan.in;
@@ -258,9 +264,7 @@ class TensorAggregator : public gst::PlainFilter<TensorAggregator> {
     while (fits > 0 && shape[fits] % frames != 0) --fits;
     return {
         .code = Code::OPTION_VALUE,
-        .what =
-            "frames-dim is beyond the dimensions of the tensors: the caps stay "
-            "unchanged and do not match the size of the frames",
+        .what = "frames-dim is beyond the dimensions of the tensors: " + effect,
         .offered = "frames-dim=" + std::to_string(setup.dimension) + ", " + setup.input.to_string(),
         .needed = "0 to " + std::to_string(rank - 1),
         .fix = shape[fits] % frames != 0 ? ""

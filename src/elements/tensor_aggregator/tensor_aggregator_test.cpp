@@ -313,21 +313,46 @@ TEST(TensorAggregator, SuggestsADimensionThatHoldsWholeFrames) {
 // The queue of the other branch is full before the first window is whole, and the pipeline cannot
 // preroll.
 TEST(TensorAggregator, WarnsOfAQueueThatIsShorterThanTheWindow) {
-  const auto line = [](const std::string& queue, int frames) {
+  const auto line = [](const std::string& queue, int frames, const std::string& sink = "fakesink") {
     return "videotestsrc num-buffers=300 ! "
            "video/x-raw,format=GRAY8,width=2,height=2,framerate=100/1 ! tensor_converter ! tee "
            "name=t t. ! queue name=short " +
            queue +
            " ! fakesink t. ! queue ! tensor_aggregator name=windows frames-dim=3 frames-out=" +
-           std::to_string(frames) + " ! fakesink";
+           std::to_string(frames) + " ! " + sink;
   };
   const std::string warning = weir::test::PlayedPipeline(line("", 128)).first_warning();
-  EXPECT_SAYS(warning, "WEIR-5001: a window is longer than a queue in another branch of its tee");
-  EXPECT_SAYS(warning, "offered: short beside windows, which collects 127 buffers of 1270 ms");
+  EXPECT_SAYS(warning,
+              "WEIR-5001: the pipeline may stall at its start: a window is longer than a queue in "
+              "another branch of its tee");
+  EXPECT_SAYS(warning,
+              "offered: short beside windows, which collects 127 buffers of 1270 ms and 508 bytes");
   const std::string fixed = "max-size-buffers=0 max-size-bytes=0 max-size-time=2540000000";
   EXPECT_SAYS(warning, "fix: queue name=short " + fixed);
   EXPECT_EQ(weir::test::PlayedPipeline(line(fixed, 128)).first_warning(), "");
   EXPECT_EQ(weir::test::PlayedPipeline(line("", 64)).first_warning(), "");
+  const std::string at_once = "fakesink async=false";
+  EXPECT_EQ(weir::test::PlayedPipeline(line("", 128, at_once)).first_warning(), "")
+      << "the pipeline starts before the first window";
+  const std::string two = "tee name=u  u. ! queue ! " + at_once + "  u. ! queue ! fakesink";
+  EXPECT_SAYS(weir::test::PlayedPipeline(line("", 128, two)).first_warning(), "WEIR-5001");
+}
+
+// A queue holds 10 MiB by default: four pictures, and the sink another one.
+TEST(TensorAggregator, WarnsOfAQueueThatHoldsFewerBytesThanTheWindow) {
+  const auto line = [](int frames) {
+    return "videotestsrc num-buffers=12 ! "
+           "video/x-raw,format=RGB,width=1280,height=720,framerate=30/1 ! tensor_converter ! tee "
+           "name=t t. ! queue name=short ! fakesink t. ! queue ! tensor_aggregator name=windows "
+           "frames-dim=3 frames-out=" +
+           std::to_string(frames) + " ! fakesink";
+  };
+  EXPECT_SAYS(weir::test::PlayedPipeline(line(6)).first_warning(),
+              "offered: short beside windows, which collects 5 buffers of 166 ms and 13824000 "
+              "bytes");
+  const weir::test::PlayedPipeline holds(line(5));
+  EXPECT_EQ(holds.first_warning(), "");
+  EXPECT_EQ(holds.stat("windows", "pushed"), 2u);
 }
 
 }  // namespace tensor_aggregator_test

@@ -52,6 +52,16 @@ TEST(AggregatorPropertyChange, InvalidWindowIsRejectedAndRestored) {
   EXPECT_EQ(t.get("frames-in"), "1");
 }
 
+TEST(AggregatorPropertyChange, ADimensionBeyondTheRankIsRejectedAtOnce) {
+  auto t = tuned("tensor_aggregator frames-out=2 frames-dim=0");
+  EXPECT_EQ(t.push<>({1, 2}), Bytes{});
+  t.set("frames-dim", "9");
+  EXPECT_SAYS(t.messages.next_warning(),
+              "WEIR-1004: frames-dim is beyond the dimensions of the tensors: the value was "
+              "rejected, and the old one stays");
+  EXPECT_EQ(t.get("frames-dim"), "0");
+}
+
 TEST(AggregatorPropertyChange, ASecondWriteCompletesTheFirst) {
   auto t = tuned(
       "tensor_aggregator frames-out=2 frames-dim=0 ! capsfilter "

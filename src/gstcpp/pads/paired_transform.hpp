@@ -106,7 +106,8 @@ class PairedTransform : public CountedTransform<Impl> {
   typename Pad::Results found_;  // for the current picture
 
  private:
-  // The results of a picture cannot come while it blocks the thread that brings them.
+  // Warns where the results of a picture cannot arrive, because it blocks the thread that pushes
+  // them.
   void warn_of_stall() {
     const auto status =
         can_wait(this->element(), GST_BASE_TRANSFORM_SINK_PAD(this->self()), results_pad_);

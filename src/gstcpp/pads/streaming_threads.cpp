@@ -114,19 +114,25 @@ bool is_queue(GstElement* element) {
 // Whether the queue is full before it holds the window.
 bool is_too_short(GstElement* queue, const Window& window) {
   int leaky = 0;
-  guint buffers = 0;
+  guint buffers = 0, bytes = 0;
   guint64 time = 0;
-  g_object_get(queue, "leaky", &leaky, "max-size-buffers", &buffers, "max-size-time", &time,
-               nullptr);
-  return leaky == 0 &&
-         ((time > 0 && time < window.duration) || (buffers > 0 && buffers < window.buffers));
+  g_object_get(queue, "leaky", &leaky, "max-size-buffers", &buffers, "max-size-bytes", &bytes,
+               "max-size-time", &time, nullptr);
+  // A queue takes one more buffer as long as it has less than max-size-bytes.
+  const bool few_bytes =
+      bytes > 0 && window.buffers > 0 && (window.buffers - 1) * window.buffer_bytes >= bytes;
+  return leaky == 0 && ((time > 0 && time < window.duration) ||
+                        (buffers > 0 && buffers < window.buffers) || few_bytes);
 }
 
-// Whether a sink at the end of the branch keeps its first buffer until all sinks have one.
-bool prerolls(GstPad* source) {
-  auto at = Ref<GstPad>::share(source);
-  for (;;) {
-    const auto peer = Ref<GstPad>::adopt(gst_pad_get_peer(at.get()));
+// Whether a sink downstream keeps its first buffer until all sinks have one.
+struct Preroll {
+  std::vector<GstPad*> seen;  // borrowed: links of a graph that starts
+
+  bool is_awaited(GstPad* source) {
+    if (std::find(seen.begin(), seen.end(), source) != seen.end()) return false;
+    seen.push_back(source);
+    const auto peer = Ref<GstPad>::adopt(gst_pad_get_peer(source));
     const auto element =
         Ref<GstElement>::adopt(peer ? gst_pad_get_parent_element(peer.get()) : nullptr);
     if (!element) return false;
@@ -137,9 +143,13 @@ bool prerolls(GstPad* source) {
       return async;
     }
     const auto next = linked_inside(peer.get());
-    if (next.size() != 1 || next[0].get() == at.get()) return false;
-    at = next[0];
+    return std::any_of(next.begin(), next.end(),
+                       [this](const auto& pad) { return is_awaited(pad.get()); });
   }
+};
+
+bool prerolls(GstPad* source) {
+  return Preroll{}.is_awaited(source);
 }
 
 // A queue in another branch of the element of `source` that cannot hold the window; null: none.
@@ -209,22 +219,28 @@ Status can_be_fed(GstElement* element, GstPad* sink) {
 
 Status can_collect(GstElement* element, GstPad* sink, const Window& window) {
   if (GST_STATE(element) == GST_STATE_PLAYING || is_live(sink)) return ok();
+  const auto sources = linked_inside(sink);
+  if (std::none_of(sources.begin(), sources.end(), [](const auto& p) { return prerolls(p.get()); }))
+    return ok();
   std::vector<Ref<GstPad>> seen;
   for (auto at = Ref<GstPad>::share(sink);;) {
     const auto peer = Ref<GstPad>::adopt(gst_pad_get_peer(at.get()));
     if (!peer) return ok();
     if (const auto queue = short_queue_beside(peer.get(), window)) {
       const std::string time = std::to_string(2 * window.duration);
-      return Error{.code = Code::GRAPH_STALLS,
-                   .what = "a window is longer than a queue in another branch of its tee",
-                   .offered = get_name(queue.get()) + " beside " + get_name(element) +
-                              ", which collects " + std::to_string(window.buffers) +
-                              " buffers of " + std::to_string(window.duration / GST_MSECOND) +
-                              " ms",
-                   .needed = "a queue that holds the window until the pipeline has prerolled",
-                   .difference = "the tee waits for " + get_name(queue.get()) + ", which is full",
-                   .fix = "queue name=" + get_name(queue.get()) +
-                          " max-size-buffers=0 max-size-bytes=0 max-size-time=" + time};
+      return Error{
+          .code = Code::GRAPH_STALLS,
+          .what =
+              "the pipeline may stall at its start: a window is longer than a queue "
+              "in another branch of its tee",
+          .offered = get_name(queue.get()) + " beside " + get_name(element) + ", which collects " +
+                     std::to_string(window.buffers) + " buffers of " +
+                     std::to_string(window.duration / GST_MSECOND) + " ms and " +
+                     std::to_string(window.buffers * window.buffer_bytes) + " bytes",
+          .needed = "a queue that holds the window until the pipeline has prerolled",
+          .difference = "the tee may wait for " + get_name(queue.get()) + ", which is full",
+          .fix = "queue name=" + get_name(queue.get()) +
+                 " max-size-buffers=0 max-size-bytes=0 max-size-time=" + time};
     }
     const auto before = linked_inside(peer.get());
     if (before.size() != 1 || std::find(seen.begin(), seen.end(), before[0]) != seen.end())

@@ -34,9 +34,10 @@ Status can_wait(GstElement* element, GstPad* waiting, GstPad* empty);
 // What `sink` needs before its element pushes.
 struct Window {
   uint64_t duration = 0, buffers = 0;  // nanoseconds; 0 = not known
+  uint64_t buffer_bytes = 0;           // of each buffer at `sink`; those at the tee may differ
 };
-// GRAPH_STALLS when a queue in another branch of a tee is full before `sink` has the window: while
-// the pipeline prerolls, nothing empties that queue, and the tee waits for it.
+// GRAPH_STALLS when a queue in another branch of a tee may be full before `sink` has the window:
+// while the pipeline prerolls, nothing empties that queue, and the tee waits for it.
 Status can_collect(GstElement* element, GstPad* sink, const Window& window);
 
 }  // namespace weir::gst
