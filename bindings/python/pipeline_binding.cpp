@@ -128,13 +128,16 @@ class PipelineObject {
  private:
   static constexpr const char* kStats = "stats";
   void keep_stats(Pipeline& pipeline) const {
-    unlocked([&] {
-      if (pipeline.state() == PipelineState::Stopped) return;
+    auto found = unlocked([&] {
+      std::map<std::string, std::string> all;
+      if (pipeline.state() == PipelineState::Stopped) return all;
       const auto elements = pipeline.elements();
-      if (!elements) return;
+      if (!elements) return all;
       for (const auto& [name, kind] : *elements)
-        if (auto stats = pipeline.get_json(name, kStats)) stats_[name] = *std::move(stats);
+        if (auto stats = pipeline.get_json(name, kStats)) all[name] = *std::move(stats);
+      return all;
     });
+    if (!found.empty()) stats_ = std::move(found);
   }
   // Null unless a function of the program raised the exception that is this error.
   py::object get_cause(const Error& error) const {
@@ -145,7 +148,7 @@ class PipelineObject {
 
   std::shared_ptr<RaisedInStream> raised_ = freed_with_gil(new RaisedInStream);
   std::shared_ptr<Pipeline> pipeline_;
-  mutable std::map<std::string, std::string> stats_;  // as JSON, by element
+  mutable std::map<std::string, std::string> stats_;  // as JSON, by element; guarded by the GIL
 };
 
 using Object = PipelineObject;

@@ -529,7 +529,9 @@ TEST(Pipeline, AValueThatARunningElementRejectsIsAnError) {
   ASSERT_TRUE(p.push("in", span({1, 2, 3, 4}), {.shape = {1, 4}}));
   ASSERT_TRUE(p.push("in", span({1, 2, 3, 4}), {.shape = {1, 4}}));
   ASSERT_TRUE(p.pull("out", kLong));
-  EXPECT_REFUSED(p.set("windows", "frames-dim", 9), OPTION_VALUE, "windows: frames-dim is beyond");
+  EXPECT_REFUSED(p.set("windows", "frames-dim", 9), OPTION_VALUE,
+                 "windows: frames-dim is beyond the dimensions of the tensors: the value was "
+                 "rejected, and the old one stays");
   EXPECT_EQ(*p.get<int>("windows", "frames-dim"), 1);
   EXPECT_FALSE(p.read_message()) << "the error is not a warning too";
 }

@@ -1,6 +1,7 @@
 // Tests of which family is recognised by what is known of a model, and of the errors where two fit.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "core/heads/head_test_support.hpp"
+#include "core/heads/readings.hpp"
 #include "core/tensor/geometry.hpp"
 
 namespace weir::heads {

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <chrono>
 #include <string>
+#include <utility>
 
 #include "gstcpp/element/error.hpp"
 #include "gstcpp/element/ref.hpp"
@@ -96,6 +97,7 @@ GstClockTime FrameAdmission::running_time(GstBuffer* buffer) const noexcept {
 }
 
 void FrameAdmission::warn_if_late(GstBuffer* buffer) {
+  const auto idle_since = std::exchange(idle_since_, std::nullopt);
   if (!may_warn_ || segment_.format != GST_FORMAT_TIME) return;
   const GstClockTime due = running_time(buffer);
   const auto clock = gst::Ref<GstClock>::adopt(gst_element_get_clock(element_));
@@ -103,7 +105,7 @@ void FrameAdmission::warn_if_late(GstBuffer* buffer) {
   const GstClockTimeDiff now =
       GST_CLOCK_DIFF(gst_element_get_base_time(element_), gst_clock_get_time(clock.get()));
   const GstClockTimeDiff lag = now - static_cast<GstClockTimeDiff>(due);
-  const auto idle = idle_since_ ? std::chrono::steady_clock::now() - *idle_since_ : nanoseconds(0);
+  const auto idle = idle_since ? std::chrono::steady_clock::now() - *idle_since : nanoseconds(0);
   if (!lag_.observe(nanoseconds(now), nanoseconds(lag), idle)) return;
   GstClockTime latency = 0;
   may_warn_ = is_live(&latency);

@@ -52,7 +52,7 @@ class FrameAdmission {
   // Posts FALLS_BEHIND at most once, and only if when-busy is not set; only then it queries
   // upstream whether the stream is live.
   void warn_if_late(GstBuffer* buffer);
-  // Streaming thread; call when it has processed a frame and waits for the next one.
+  // Streaming thread; call when it has processed or dropped a frame and waits for the next one.
   void note_idle() noexcept {
     if (may_warn_) idle_since_ = std::chrono::steady_clock::now();
   }

@@ -152,6 +152,12 @@ class TensorFilter final : public gst::Element<TensorFilter, gst::PlainElement>,
     auto buffer = Ref<GstBuffer>::adopt(raw);
     ledger_.received();
     admission_.warn_if_late(buffer.get());
+    const auto flow = process(std::move(buffer));
+    admission_.note_idle();
+    return flow;
+  }
+
+  GstFlowReturn process(Ref<GstBuffer> buffer) {
     model_.touch();
     if (const auto flow = follow(); flow != GST_FLOW_OK) {
       ledger_.dropped(flow == GST_FLOW_FLUSHING ? DropReason::Flush : DropReason::Error);
@@ -175,7 +181,6 @@ class TensorFilter final : public gst::Element<TensorFilter, gst::PlainElement>,
     const GstClockTime deadline = admission_.get_deadline(buffer.get());
     const auto flow = flow_->push(std::move(buffer), deadline);
     model_.touch();
-    admission_.note_idle();
     return flow;
   }
 
