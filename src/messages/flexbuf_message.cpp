@@ -107,6 +107,11 @@ void take_length_for_elements(std::span<const std::byte> message, MessageTensor*
     tensor->data = {tensor->data.data(), static_cast<size_t>(*bytes)};
 }
 
+void take_lengths_for_elements(std::span<const std::byte> message,
+                               std::vector<MessageTensor>* tensors) {
+  for (auto& tensor : *tensors) take_length_for_elements(message, &tensor);
+}
+
 }  // namespace
 
 struct FlexbufMessage::Room {
@@ -148,8 +153,7 @@ Status FlexbufMessage::parse(std::span<const std::byte> bytes, TensorMessage* me
   }
   if (found != message->tensors.size())
     return not_flexbuf("its tensors are not numbered from 0", bytes.size());
-  if (header.format == kStatic)
-    for (auto& tensor : message->tensors) take_length_for_elements(bytes, &tensor);
+  if (header.format == kStatic) take_lengths_for_elements(bytes, &message->tensors);
   message->rate_n = header.rate_n;
   message->rate_d = header.rate_d;
   message->format = static_cast<uint32_t>(header.format);

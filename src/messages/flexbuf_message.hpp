@@ -16,7 +16,7 @@ class FlexbufMessage {
   FlexbufMessage(FlexbufMessage&&) noexcept;
   ~FlexbufMessage();
 
-  // Writes a message whose tensors begin at multiples of 64 bytes, copying each once.
+  // Writes a message with NNStreamer's bytes, copying each tensor twice: the library builds it.
   // LIMIT_EXCEEDED.
   Status write(const TensorMessage& message, const ReserveBytes& reserve);
   // Parses and checks a message; the tensors are views of `bytes`. Unknown keys are skipped.

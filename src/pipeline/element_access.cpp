@@ -36,7 +36,7 @@ Error refused(GstElement* element, const GParamSpec& spec, const std::string& of
 }
 
 Result<GParamSpec*> find_readable(GstElement* element, const std::string& property) {
-  const auto found = find_property(element, property);
+  auto found = find_property(element, property);
   if (found && !((*found)->flags & G_PARAM_READABLE))
     return refused(element, **found, "", "a value: it is write-only");
   return found;

@@ -133,6 +133,17 @@ Result<uint32_t> parse_task(const std::string& mode) {
                .fix = "--mode detection"};
 }
 
+// Notes the readings of other heads, unless the chosen one is certain.
+void note_others(const heads::Reading& chosen, const std::vector<heads::Reading>& readings,
+                 const heads::ModelSignature& facts, std::vector<std::string>* notes) {
+  std::vector<heads::Reading> others = readings;
+  std::erase_if(others, [&](const heads::Reading& other) { return other.family == chosen.family; });
+  if (others.empty() || chosen.family->fit(facts) == heads::Match::Certain) return;
+  notes->push_back("also possible: " + join(others, ", ", [&](const heads::Reading& other) {
+                     return make_option(other, readings);
+                   }));
+}
+
 // The mode and family for the model's outputs. `mode` and `head` are the user's, or "".
 Result<heads::Reading> find_reading(const heads::ModelSignature& facts, const std::string& mode,
                                     const std::string& head, std::vector<std::string>* notes) {
@@ -152,13 +163,7 @@ Result<heads::Reading> find_reading(const heads::ModelSignature& facts, const st
     if (mode.empty()) error.what = "no known head fits these outputs";
     return error;
   }
-  std::vector<heads::Reading> others = readings;
-  std::erase_if(others,
-                [&](const heads::Reading& other) { return other.family == best[0].family; });
-  if (!others.empty() && best[0].family->fit(facts) != heads::Match::Certain)
-    notes->push_back("also possible: " + join(others, ", ", [&](const heads::Reading& other) {
-                       return make_option(other, readings);
-                     }));
+  note_others(best[0], readings, facts, notes);
   return best[0];
 }
 

@@ -50,28 +50,6 @@ TEST(FilterFallsBehind, IsReportedForBlockingWorkers) {
   EXPECT_SAYS(f.warning(), "WEIR-3017");
 }
 
-// The time between frames is counted once where the filter drops them too, so that it does not add
-// up to a source that is late.
-TEST(FilterFallsBehind, IsReportedWhileFramesAreDropped) {
-  GatedFilter filter("", true);
-  Errors errors(filter.element());
-  gst_harness_set_live(filter.get(), true);
-  gst_harness_use_testclock(filter.get());
-  const auto bring = [&](GstClockTime now) {
-    gst_harness_set_time(filter.get(), now);
-    EXPECT_EQ(gst_harness_push(filter.get(), frame<float>({0, 0, 0, 0}, 0)), GST_FLOW_OK);
-  };
-  bring(10 * GST_SECOND);
-  gst_harness_push_upstream_event(filter.get(),
-                                  gst_event_new_qos(GST_QOS_TYPE_UNDERFLOW, 2, 0, 60 * GST_SECOND));
-  constexpr GstClockTime kDropped = 2000;
-  for (GstClockTime i = 0; i < kDropped; ++i) bring(10 * GST_SECOND + i);
-  EXPECT_EQ(filter.stat("dropped"), kDropped);
-  EXPECT_EQ(errors.next_warning(), "");
-  bring(20 * GST_SECOND);
-  EXPECT_SAYS(errors.next_warning(), "WEIR-3017");
-}
-
 TEST(FilterFallsBehind, IsNotReportedIfWhenBusyIsSet) {
   for (const char* when_busy : {"block", "drop-new", "drop-old"}) {
     Late f("when-busy=" + std::string(when_busy));

@@ -38,7 +38,7 @@ class ClientCall {
     void* tag = nullptr;
     bool good = false, ended = false;
     while (queue_.Next(&tag, &good)) {
-      const auto operation = static_cast<Operation>(reinterpret_cast<uintptr_t>(tag));
+      const auto operation = *static_cast<const Operation*>(tag);
       if (operation == Operation::Open) opened(good);
       if (operation == Operation::Read) on_read(good);
       if (operation == Operation::Write) on_written(good);
@@ -55,7 +55,7 @@ class ClientCall {
 
  protected:
   // Each operation has one at a time.
-  enum class Operation : uintptr_t { Open = 1, Read, Write, WritesDone, Finish };
+  enum class Operation { Open, Read, Write, WritesDone, Finish };
   using Stream = grpc::GenericClientAsyncReaderWriter;
 
   virtual void begin() = 0;
@@ -65,8 +65,10 @@ class ClientCall {
 
   Stream& stream() noexcept { return *stream_; }
   void* start(Operation operation) {
+    static constinit Operation tags[] = {Operation::Open, Operation::Read, Operation::Write,
+                                         Operation::WritesDone, Operation::Finish};
     ++pending_;
-    return reinterpret_cast<void*>(static_cast<uintptr_t>(operation));
+    return &tags[static_cast<size_t>(operation)];
   }
   // Waits for the status of the call. Thread-safe.
   void finish() {
