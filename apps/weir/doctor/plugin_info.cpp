@@ -126,16 +126,16 @@ void find_foreign_elements(GstRegistry* registry, PluginInfo* facts) {
   };
   for (const auto& element : facts->elements)
     if (!is_weir_plugin(element.plugin)) add(element.plugin, element.file, element.name);
-  // By its file: Weir has an empty plug-in with the same name.
-  const auto other = Ref<GstPlugin>::adopt(gst_registry_lookup(registry, "libgstnnstreamer.so"));
+  const auto other = Ref<GstPlugin>::adopt(gst_registry_find_plugin(registry, "nnstreamer"));
   if (other) add("nnstreamer", or_empty(gst_plugin_get_filename(other.get())), "");
 }
 
 void add_versions(GstRegistry* registry, PluginInfo* facts) {
   for (auto& conflict : facts->conflicts) {
-    const std::string name = std::filesystem::path(conflict.file).filename();
-    const auto found = Ref<GstPlugin>::adopt(gst_registry_lookup(registry, name.c_str()));
-    if (found) conflict.version = or_empty(gst_plugin_get_version(found.get()));
+    const auto found =
+        Ref<GstPlugin>::adopt(gst_registry_find_plugin(registry, conflict.plugin.c_str()));
+    if (found && conflict.file == or_empty(gst_plugin_get_filename(found.get())))
+      conflict.version = or_empty(gst_plugin_get_version(found.get()));
   }
 }
 

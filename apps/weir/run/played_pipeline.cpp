@@ -12,7 +12,7 @@ namespace weir::app {
 Result<PlayedPipeline> PlayedPipeline::make(gst::Ref<GstElement> element) {
   auto pipeline = Pipeline::adopt(element.get());
   if (!pipeline) return pipeline.error();
-  // Nobody pulls their frames.
+  // The command does not pull their frames.
   for (const auto& each : gst::elements_in(element.get())) {
     const std::string kind = gst::get_factory_name(each.get());
     if (kind != "appsink" && kind != "tensor_sink") continue;
