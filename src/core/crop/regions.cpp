@@ -22,6 +22,18 @@ void clip(double begin, double length, uint32_t size, uint32_t* from, uint32_t* 
   *count = high > low ? static_cast<uint32_t>(high) - *from : 0;
 }
 
+// Adds a region unless it is empty; `row` is that of a result, plus 1, or 0.
+void add(const Rect& region, uint64_t row, Regions* out) {
+  if (region.width == 0 || region.height == 0) {
+    ++out->empty;
+  } else if (out->inside.size() == kTensorLimit) {
+    ++out->beyond_limit;
+  } else {
+    out->inside.push_back(region);
+    if (row > 0) out->rows.push_back(row);
+  }
+}
+
 template <class T>
 double number(std::span<const std::byte> bytes, size_t index) {
   T value;
@@ -40,15 +52,46 @@ Regions read_regions(const TensorSpec& spec, std::span<const std::byte> payload,
       Rect region;
       clip(number<T>(payload, i), number<T>(payload, i + 2), width, &region.x, &region.width);
       clip(number<T>(payload, i + 1), number<T>(payload, i + 3), height, &region.y, &region.height);
-      if (region.width == 0 || region.height == 0)
-        ++out.empty;
-      else if (out.inside.size() == kTensorLimit)
-        ++out.beyond_limit;
-      else
-        out.inside.push_back(region);
+      add(region, 0, &out);
     }
   });
   return out;
+}
+
+Regions read_regions(std::span<const preprocess::Roi> boxes, const SourceMap& map, uint32_t width,
+                     uint32_t height) {
+  Regions out;
+  for (const preprocess::Roi& box : boxes) {
+    const double left = static_cast<double>(box.x), top = static_cast<double>(box.y);
+    const double right = left + static_cast<double>(box.width);
+    const double bottom = top + static_cast<double>(box.height);
+    double low[2] = {HUGE_VAL, HUGE_VAL}, high[2] = {-HUGE_VAL, -HUGE_VAL};
+    for (const Point corner : {Point{left, top}, {right, top}, {left, bottom}, {right, bottom}}) {
+      const Point at = map.to_tensor(corner);
+      const bool is_turned = map.x_dimension == 2;
+      const double along[2] = {is_turned ? at.y : at.x, is_turned ? at.x : at.y};
+      for (const size_t d : {0, 1}) {
+        low[d] = std::min(low[d], std::round(along[d]));
+        high[d] = std::max(high[d], std::round(along[d]));
+      }
+    }
+    Rect region;
+    clip(low[0], high[0] - low[0], width, &region.x, &region.width);
+    clip(low[1], high[1] - low[1], height, &region.y, &region.height);
+    add(region, box.row, &out);
+  }
+  return out;
+}
+
+Status check_picture_dimensions(const SourceMap& map) {
+  if (map.x_dimension + map.y_dimension == 3 && map.x_dimension * map.y_dimension == 2) return ok();
+  return Error{.code = Code::SPEC_MISMATCH,
+               .what = "the boxes of results lie in dimensions that are not cut",
+               .offered = "a picture whose x is dimension " + std::to_string(map.x_dimension) +
+                          " and whose y is dimension " + std::to_string(map.y_dimension),
+               .needed = "channels:width:height",
+               .difference = "order of the dimensions",
+               .fix = "tensor_transform mode=transpose option=2:0:1:3"};
 }
 
 TensorSpec make_part_spec(const TensorSpec& whole, const Rect& region) {

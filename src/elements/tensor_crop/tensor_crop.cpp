@@ -4,6 +4,7 @@
 #include <atomic>
 #include <mutex>
 #include <optional>
+#include <utility>
 
 #include "core/crop/regions.hpp"
 #include "core/tensor/geometry.hpp"
@@ -15,6 +16,7 @@
 #include "gstcpp/buffer/frame_errors.hpp"
 #include "gstcpp/buffer/frame_layout.hpp"
 #include "gstcpp/buffer/frame_pool.hpp"
+#include "gstcpp/buffer/result_boxes.hpp"
 #include "gstcpp/buffer/tensor_caps.hpp"
 #include "gstcpp/buffer/tensor_meta.hpp"
 #include "gstcpp/element/base_classes.hpp"
@@ -34,6 +36,31 @@ SourceMap map_of_part(const SourceMap& map, const Rect& region) {
                      along(map.y_dimension, region.x, region.y, 0),
                      along(map.x_dimension, region.width, region.height, map.width),
                      along(map.y_dimension, region.width, region.height, map.height));
+}
+
+// `map` for points of the same picture in another size, that of `other`.
+SourceMap map_from_picture_of(const SourceMap& other, SourceMap map) {
+  if (other.source_width == 0 || other.source_height == 0) return map;
+  if (map.source_width == 0 || map.source_height == 0) return map;
+  const double x = static_cast<double>(other.source_width) / map.source_width;
+  const double y = static_cast<double>(other.source_height) / map.source_height;
+  map.xx *= x, map.xy *= x, map.x0 *= x;
+  map.yx *= y, map.yy *= y, map.y0 *= y;
+  return map;
+}
+
+uint32_t side(const TensorSpec& whole, size_t dimension) {
+  return std::max<uint32_t>(whole.shape[dimension], 1);
+}
+
+Error rows_without_columns(const TensorSpec& spec) {
+  const std::string length = std::to_string(spec.shape[0]);
+  return {.code = Code::SPEC_MISMATCH,
+          .what = "rows of " + length + " numbers are read as groups of 4: x, y, width, height",
+          .offered = spec.to_string() + " on info, without weir-columns",
+          .needed = "4:N, or results: caps with the field weir-columns",
+          .difference = length + " is not a multiple of 4",
+          .fix = "tensor_decoder mode=detection"};
 }
 
 class TensorCrop : public gst::Element<TensorCrop, gst::PlainElement>, public gst::Combiner {
@@ -84,6 +111,7 @@ class TensorCrop : public gst::Element<TensorCrop, gst::PlainElement>, public gs
       ledger_.reset();
       regions_ = regions_empty_ = regions_beyond_limit_ = regions_shared_ = pool_allocated_ = 0;
       counts_->bytes_gathered = 0;
+      has_warned_ = false;
       pool_ = {};
       last_specs_.clear();
       allocation_ = {};
@@ -106,6 +134,11 @@ class TensorCrop : public gst::Element<TensorCrop, gst::PlainElement>, public gs
     out.rate = {std::min(inputs[0]->rate.numerator, inputs[1]->rate.numerator),
                 std::min(inputs[0]->rate.denominator, inputs[1]->rate.denominator)};
     out.roles = pick_roles(inputs[0]->roles, std::vector<size_t>{0});  // of raw
+    results_.reset();
+    if (inputs[1]->roles.empty()) return out;
+    auto results = gst::ResultBoxes::parse(*inputs[1]);
+    if (!results) return gst::on_pad(results.error(), "info");
+    results_ = *std::move(results);
     return out;
   }
   Status configure(const FrameSpec&) override {
@@ -152,13 +185,34 @@ class TensorCrop : public gst::Element<TensorCrop, gst::PlainElement>, public gs
     pads_->configure(options, OnBackwardsTime::Pass, 0, max_bytes);
   }
 
-  Regions get_regions(const gst::TensorPlace& info, const TensorSpec& whole) {
-    const auto side = [&whole](size_t d) { return std::max<uint32_t>(whole.shape[d], 1); };
-    Regions out = read_regions(info.spec, info.payload, side(1), side(2));
-    regions_ += out.inside.size();
-    regions_empty_ += out.empty;
-    regions_beyond_limit_ += out.beyond_limit;
+  Result<Regions> get_regions(GstBuffer* raw, const gst::Input& info, const TensorSpec& whole) {
+    auto out = results_ ? read_results(raw, info, whole) : read_numbers(whole);
+    if (!out) return out;
+    regions_ += out->inside.size();
+    regions_empty_ += out->empty;
+    regions_beyond_limit_ += out->beyond_limit;
     return out;
+  }
+
+  Regions read_numbers(const TensorSpec& whole) {
+    const gst::TensorPlace& numbers = info_.tensors()[0];
+    const uint32_t length = numbers.spec.shape[0];
+    if (length > 4 && length % 4 != 0 && !std::exchange(has_warned_, true))
+      gst::post_warning(element(), rows_without_columns(numbers.spec));
+    return read_regions(numbers.spec, numbers.payload, side(whole, 1), side(whole, 2));
+  }
+
+  // The boxes are in pixels of the picture that the results come from; the tensor may be another
+  // size or another part of it.
+  Result<Regions> read_results(GstBuffer* raw, const gst::Input& info, const TensorSpec& whole) {
+    std::vector<preprocess::Roi> boxes;
+    if (auto s = results_->read(info_.tensors(), &boxes); !s) return gst::on_pad(s.error(), "info");
+    const auto raw_maps = gst::source_maps(raw), info_maps = gst::source_maps(info.buffer.get());
+    SourceMap map =
+        raw_maps.empty() ? picture_as_it_is(side(whole, 1), side(whole, 2), false) : raw_maps[0];
+    if (auto s = check_picture_dimensions(map); !s) return gst::on_pad(s.error(), "raw");
+    if (!info_maps.empty()) map = map_from_picture_of(info_maps[0], map);
+    return read_regions(boxes, map, side(whole, 1), side(whole, 2));
   }
 
   // The size of a buffer with the regions and their headers. Regions may overlap, so the sum may be
@@ -282,7 +336,9 @@ class TensorCrop : public gst::Element<TensorCrop, gst::PlainElement>, public gs
       return gst::on_pad(s.error(), "info");
     if (raw_.has_empty_tensor()) return Ref<GstBuffer>();
     const gst::TensorPlace& whole = raw_.tensors()[0];
-    const Regions regions = get_regions(info_.tensors()[0], whole.spec);
+    const auto found = get_regions(raw.buffer.get(), info, whole.spec);
+    if (!found) return found.error();
+    const Regions& regions = *found;
     if (regions.inside.empty()) return Ref<GstBuffer>();
     if (auto status = buffer_limit_.check(output_bytes(whole.spec, regions.inside)); !status)
       return status.error();
@@ -302,18 +358,23 @@ class TensorCrop : public gst::Element<TensorCrop, gst::PlainElement>, public gs
     const auto maps = gst::source_maps(raw);
     std::vector<SourceMap> out;
     if (maps.empty()) return out;
-    for (const Rect& region : regions.inside) out.push_back(map_of_part(maps[0], region));
+    for (size_t i = 0; i < regions.inside.size(); ++i) {
+      out.push_back(map_of_part(maps[0], regions.inside[i]));
+      if (i < regions.rows.size()) out.back().row = regions.rows[i];
+    }
     return out;
   }
 
   std::mutex configure_mutex_;  // orders concurrent settings; taken before the settings lock
   std::optional<gst::CollectorPads> pads_;
-  gst::FrameLayout raw_, info_;         // used by the thread that makes an output
-  std::vector<TensorSpec> last_specs_;  // likewise: of the last copied frame
-  gst::FramePool pool_;                 // likewise: for those specs
-  gst::Allocation allocation_;          // likewise
-  bool views_wanted_ = false;           // likewise
-  uint64_t computed_before_ = 0;        // likewise: counts_->computed when deferral began
+  gst::FrameLayout raw_, info_;              // used by the thread that makes an output
+  std::optional<gst::ResultBoxes> results_;  // likewise; none: info has plain numbers
+  bool has_warned_ = false;                  // likewise
+  std::vector<TensorSpec> last_specs_;       // likewise: of the last copied frame
+  gst::FramePool pool_;                      // likewise: for those specs
+  gst::Allocation allocation_;               // likewise
+  bool views_wanted_ = false;                // likewise
+  uint64_t computed_before_ = 0;             // likewise: counts_->computed when deferral began
   const std::shared_ptr<gst::DeferredCounts> counts_ = std::make_shared<gst::DeferredCounts>();
   std::atomic<uint64_t> regions_{0}, regions_empty_{0}, regions_beyond_limit_{0},
       regions_shared_{0}, pool_allocated_{0};

@@ -1,8 +1,11 @@
 // RegionsPad: the sink pad for box tensors of pictures.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
+#include <optional>
+
 #include "core/preprocess/boxes.hpp"
 #include "core/sync/timed_queue.hpp"
+#include "gstcpp/buffer/result_boxes.hpp"
 #include "gstcpp/pads/timed_tensors.hpp"
 
 namespace weir {
@@ -23,16 +26,13 @@ class RegionsPad final : public gst::TimedTensors {
   uint64_t unused() const { return queue_.unused(); }
 
  private:
-  Status accept_results(const FrameSpec& spec);
-  Status read_results(const std::vector<gst::TensorPlace>& tensors,
-                      std::vector<preprocess::Roi>* boxes) const;
   Status accept(const FrameSpec& spec) override;
   Status push(GstBuffer* buffer, const std::vector<gst::TensorPlace>& tensors,
               int64_t time) override;
   void advance(int64_t time) override { queue_.advance(time); }
   void flush(bool on) override;
 
-  std::vector<weir_result_columns> columns_;  // of the tensors of results; empty: plain boxes
+  std::optional<gst::ResultBoxes> results_;  // none: plain boxes
   sync::TimedQueue<std::vector<preprocess::Roi>> queue_;
 };
 
