@@ -13,6 +13,7 @@
 //     std::span<const char* const> labels() noexcept;
 //     void set_labels(const char* source, std::span<const char* const> names) noexcept;
 //     size_t classes() noexcept;
+//     std::optional<weir::Error> next_warning();
 //     static constexpr bool kWithHeaders = false;
 //   };
 //   WEIR_DECODER(Brightness, "brightness", "", "[]")
@@ -22,14 +23,16 @@
 // frame. The optional reset runs after a flush or a seek and discards what was kept of earlier
 // frames. The optional set_stream, set_model and set_caps run before each configure, the optional
 // set_times before each decode. The optional labels and set_labels pass the names of classes with
-// the stream, and the optional classes their number. With the optional kWithHeaders, tensors of
-// flexible streams begin with their 128-byte headers. abi.h describes these extensions of a
-// decoder. The other functions may throw weir::Failure or any exception, which becomes an error on
-// the bus. An object is used by one thread at a time. Shapes in weir_tensor_info are
-// outermost-first (abi.h, rule C).
+// the stream, and the optional classes their number. The optional next_warning runs after each
+// decode that succeeded and returns what the host posts as a warning. With the optional
+// kWithHeaders, tensors of flexible streams begin with their 128-byte headers. abi.h describes
+// these extensions of a decoder. The other functions may throw weir::Failure or any exception,
+// which becomes an error on the bus. An object is used by one thread at a time. Shapes in
+// weir_tensor_info are outermost-first (abi.h, rule C).
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <memory>
+#include <optional>
 #include <utility>
 
 #include "weir/module.hpp"
@@ -197,7 +200,11 @@ weir_decoder_type decoder_table(const char* name, const char* aliases, const cha
                     weir_error* error) {
     return guarded(error, [&] {
       DecoderOutput output(sink);
-      return reinterpret_cast<Decoder*>(decoder)->decode(*frame, output) ? 0 : 1;
+      auto* const self = reinterpret_cast<Decoder*>(decoder);
+      const bool is_kept = self->decode(*frame, output);
+      if constexpr (requires { self->next_warning(); })
+        if (const std::optional<Error> warning = self->next_warning()) fail(error, *warning);
+      return is_kept ? 0 : 1;
     });
   };
   if constexpr (requires(Decoder & decoder) { decoder.reset(); }) {

@@ -175,6 +175,18 @@ TEST(FaceResults, UltrafaceBoxesArePartsOfThePicture) {
   EXPECT_EQ(run.row(0).score(), 0.9f);
 }
 
+TEST(FaceResults, UltrafaceBoxesMayBeInPixels) {
+  UltrafaceTensors outputs;
+  outputs.scores[2 * 77] = 0.1f, outputs.scores[2 * 77 + 1] = 0.9f;
+  const float box[]{80, 120, 160, 180};
+  std::copy(box, box + 4, outputs.boxes.begin() + 4 * 77);
+  ResultsRun run("detection", {});
+  ASSERT_TRUE(run.configure(outputs.tensors(), &kUltrafaceModel)) << run.error;
+  run.decode(outputs.tensors());
+  ASSERT_EQ(run.n_rows(), 1u) << run.error;
+  EXPECT_EQ(run.row(0).box(), (Box{80, 120, 160, 180}));
+}
+
 // Encodes a box relative to a prior with these values.
 void encode(std::vector<float>* boxes, size_t index, Box box, float prior_x, float prior_y,
             float side) {

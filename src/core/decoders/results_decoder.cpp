@@ -9,6 +9,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "core/decoders/option_text.hpp"
@@ -192,6 +193,7 @@ class ResultsDecoder {
   void set_stream(const DecoderStream&) noexcept {}
   std::span<const char* const> labels() noexcept { return label_texts_; }
   size_t classes() noexcept { return head_ ? head_->classes() : 0; }
+  std::optional<Error> next_warning() { return std::exchange(warning_, std::nullopt); }
 
   void configure(std::span<const weir_tensor_info> inputs, DecoderOutput& output) {
     open_first(model_.facts(inputs, settings_.input, settings_.labels.size()));
@@ -264,6 +266,8 @@ class ResultsDecoder {
       part_.objects.push_back(results::make_object(candidate, is_rotated));
     part_.points_per_object = features_.points_per_object;
     head_->complete(values_, kept, input, &part_);
+    if (auto warning = head_->next_warning(); warning && !std::exchange(has_warned_, true))
+      warning_ = std::move(warning);
     if (!map) return;
     if (features_.has_boxes) results::move_to_picture(*map, head_->has_rotation(), &part_);
   }
@@ -290,6 +294,8 @@ class ResultsDecoder {
   Features features_;
   std::vector<int32_t> classes_;
   std::vector<const char*> label_texts_;
+  std::optional<Error> warning_;  // of the last frame
+  bool has_warned_ = false;
   heads::OutputValues values_;
   FrameResults part_, results_;  // kept for their memory
 };

@@ -2,7 +2,10 @@
 #include "core/heads/coordinates.hpp"
 #include "core/tensor/geometry.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <cstdio>
+#include <string>
 #include <utility>
 
 namespace weir::heads {
@@ -16,6 +19,50 @@ bool reaches(float score, float threshold) noexcept {
   return score > 0 && score >= threshold && std::isfinite(score);
 }
 
+void UnitOfNumbers::begin() noexcept {
+  constexpr uint64_t kMany = 1 << 20;  // later objects count more than those long ago
+  if (all_.objects > kMany) all_ = {all_.objects / 2, all_.beyond / 2};
+  before_ = now_;
+  frame_ = {};
+  max_ = 0;
+}
+
+void UnitOfNumbers::add(std::span<const float> coordinates) noexcept {
+  float max = 0;
+  for (const float number : coordinates)
+    if (std::isfinite(number)) max = std::max(max, std::abs(number));
+  max_ = std::max(max_, max);
+  const bool is_beyond = max > kMaxOfPicture;
+  for (Count* count : {&frame_, &all_}) ++count->objects, count->beyond += is_beyond;
+}
+
+Unit UnitOfNumbers::unit() noexcept {
+  if (setting_ != Unit::Automatic) return now_ = setting_;
+  if (all_.objects > 0) now_ = all_.is_in_pixels() ? Unit::Pixels : Unit::Picture;
+  return now_;
+}
+
+std::optional<Error> UnitOfNumbers::contradiction() const {
+  if (frame_.objects == 0 || setting_ == Unit::Cells) return std::nullopt;
+  const bool is_set = setting_ != Unit::Automatic;
+  const Unit found = frame_.is_in_pixels() ? Unit::Pixels : Unit::Picture;
+  const Unit read = is_set ? setting_ : before_;
+  if (read == Unit::Automatic || read == found) return std::nullopt;
+  // Objects within the first two pixels say little.
+  if (read == Unit::Pixels && (!is_set || frame_.beyond > 0)) return std::nullopt;
+  const char* const names[] = {"custom=unit:pixels", "custom=unit:picture"};
+  char max[32];
+  std::snprintf(max, sizeof max, "%g", static_cast<double>(max_));
+  return Error{
+      .code = Code::SPEC_MISMATCH,
+      .what = is_set ? "the coordinates of a frame contradict the setting unit"
+                     : "the coordinates of a frame have another unit than before",
+      .offered = std::string("coordinates up to ") + max + " of " + std::to_string(frame_.objects) +
+                 " boxes",
+      .needed = read == Unit::Picture ? "0 to 1 across the picture" : "pixels of the model's input",
+      .fix = names[found == Unit::Picture]};
+}
+
 void CornerBoxes::add(std::span<const float, 4> box, float score, float class_index, size_t row) {
   constexpr float kMaxClasses = 1 << 24;
   // Class numbers of quantised outputs are between whole numbers: 1 is 0.996 for a scale of
@@ -24,26 +71,33 @@ void CornerBoxes::add(std::span<const float, 4> box, float score, float class_in
   if (!reaches(score, threshold_) || !(class_index >= 0 && class_index < kMaxClasses)) return;
   const detection::Candidate candidate{.x = box[0],
                                        .y = box[1],
-                                       .width = box[2] - box[0],
-                                       .height = box[3] - box[1],
+                                       .width = box[2],
+                                       .height = box[3],
                                        .score = score,
                                        .class_index = static_cast<int32_t>(class_index),
                                        .row = static_cast<uint32_t>(row)};
   if (!candidate.is_finite()) return;
-  for (const float edge : box) numbers_.add(edge);
+  numbers_.add(box);
   found_.push_back(candidate);
 }
 
 detection::Candidates CornerBoxes::take(Size input) {
-  const Unit unit = unit_ == Unit::Automatic ? numbers_.unit() : unit_;
-  if (unit == Unit::Picture && !found_.empty()) {
-    require_size(input);
-    const auto width = static_cast<float>(input.width), height = static_cast<float>(input.height);
-    for (detection::Candidate& candidate : found_) {
-      candidate.x *= width, candidate.width *= width;
-      candidate.y *= height, candidate.height *= height;
-    }
+  const bool are_parts = numbers_.unit() == Unit::Picture;
+  if (are_parts && !found_.empty()) require_size(input);
+  const auto width = static_cast<float>(input.width), height = static_cast<float>(input.height);
+  const bool is_clipped = are_clipped_ && (are_parts || input.width > 0);
+  for (detection::Candidate& candidate : found_) {
+    float edges[] = {candidate.x, candidate.y, candidate.width, candidate.height};
+    if (is_clipped)
+      for (size_t i = 0; i < 4; ++i)
+        edges[i] = std::clamp(edges[i], 0.0f, are_parts ? 1 : i % 2 == 0 ? width : height);
+    candidate.x = edges[0], candidate.width = edges[2] - edges[0];
+    candidate.y = edges[1], candidate.height = edges[3] - edges[1];
+    if (!are_parts) continue;
+    candidate.x *= width, candidate.width *= width;
+    candidate.y *= height, candidate.height *= height;
   }
+  std::erase_if(found_, [](const auto& candidate) { return !candidate.is_finite(); });
   return std::exchange(found_, {});
 }
 

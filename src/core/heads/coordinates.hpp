@@ -1,6 +1,8 @@
 // The unit of the coordinates that a detector gives.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
+#include <cstdint>
+#include <optional>
 #include <span>
 
 #include "core/heads/head_options.hpp"
@@ -18,36 +20,51 @@ enum class Unit {
 // custom=unit:pixels|picture.
 Unit unit_setting(const HeadOptions& options);
 
-// Tells pixels from parts of the picture by the coordinates themselves: in pixels, one of them is
-// beyond kMaxOfPicture unless all objects are within the first two pixels.
+// Tells pixels from parts of the picture by the coordinates of most objects of the stream: in
+// pixels, some are beyond kMaxOfPicture unless the object is within the first two pixels.
 class UnitOfNumbers {
  public:
-  void add(float coordinate) noexcept {
-    if (coordinate > kMaxOfPicture || coordinate < -kMaxOfPicture) is_beyond_ = true;
-  }
-  Unit unit() const noexcept { return is_beyond_ ? Unit::Pixels : Unit::Picture; }
+  explicit UnitOfNumbers(Unit setting = Unit::Automatic) : setting_(setting) {}
+  // Begins a frame.
+  void begin() noexcept;
+  // The coordinates of an object, or of a cell that may have one.
+  void add(std::span<const float> coordinates) noexcept;
+  // The setting, or else what the objects up to this frame say.
+  Unit unit() noexcept;
+  // After unit(): what this frame contradicts, the setting or the reading of earlier frames.
+  std::optional<Error> contradiction() const;
 
  private:
+  struct Count {
+    uint64_t objects = 0, beyond = 0;
+    bool is_in_pixels() const noexcept { return 2 * beyond >= objects; }
+  };
   static constexpr float kMaxOfPicture = 2;
-  bool is_beyond_ = false;
+  Unit setting_;
+  Unit before_ = Unit::Automatic, now_ = Unit::Automatic;  // readings of the last two frames
+  Count frame_, all_;
+  float max_ = 0;  // of the frame
 };
 
 // Collects the objects that a model gives by the edges of their boxes.
 class CornerBoxes {
  public:
-  CornerBoxes(Unit unit, float threshold) : unit_(unit), threshold_(threshold) {}
-  void begin() noexcept { found_.clear(), numbers_ = {}; }
+  // `are_clipped`: boxes end at the edges of the picture.
+  CornerBoxes(Unit unit, float threshold, bool are_clipped = false)
+      : numbers_(unit), threshold_(threshold), are_clipped_(are_clipped) {}
+  void begin() noexcept { found_.clear(), numbers_.begin(); }
   // Adds an object unless its score is below the threshold, or a number is not one. `box`: x1, y1,
   // x2, y2. `class_index` below 0 is left out too.
   void add(std::span<const float, 4> box, float score, float class_index, size_t row);
   // The objects since begin(), in pixels of the model's input.
   detection::Candidates take(Size input);
+  std::optional<Error> contradiction() const { return numbers_.contradiction(); }
 
  private:
-  Unit unit_;
-  float threshold_;
   UnitOfNumbers numbers_;
-  detection::Candidates found_;
+  float threshold_;
+  bool are_clipped_;
+  detection::Candidates found_;  // width and height are x2 and y2 until take()
 };
 
 // Whether a score makes a candidate: finite, above 0 and at least the threshold.

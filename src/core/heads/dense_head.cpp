@@ -24,7 +24,8 @@ DenseHead::DenseHead(DenseSpec spec, float threshold)
               .first_class = kBox + (spec_.has_objectness ? 1 : 0),
               .classes = spec_.classes,
               .has_objectness = spec_.has_objectness},
-      threshold_(threshold) {}
+      threshold_(threshold),
+      numbers_(spec_.unit) {}
 
 results::Features DenseHead::features() const {
   return {.points_per_object = spec_.points, .has_masks = spec_.prototypes.has_value()};
@@ -79,16 +80,19 @@ Unit DenseHead::unit_of_grid(std::span<const float> numbers, Size input) {
 }
 
 Unit DenseHead::choose_unit(std::span<const float> numbers, Size input) {
-  if (spec_.unit != Unit::Automatic) return spec_.unit;
-  if (spec_.may_be_cells && !places(input).empty()) return unit_of_grid(numbers, input);
-  UnitOfNumbers unit;
+  if (spec_.unit == Unit::Automatic && spec_.may_be_cells && !places(input).empty())
+    return unit_of_grid(numbers, input);
+  numbers_.begin();
   const auto add = [&](size_t cell) {
-    unit.add(numbers[scores_.at(cell, 0)]);
-    unit.add(numbers[scores_.at(cell, 1)]);
+    const float centre[] = {numbers[scores_.at(cell, 0)], numbers[scores_.at(cell, 1)]};
+    const bool is_empty = centre[0] == 0 && centre[1] == 0 && numbers[scores_.at(cell, 2)] == 0;
+    if (!is_empty) numbers_.add(centre);
   };
   for (const auto& found : found_) add(found.cell);
   for (size_t i = 0; i < kSamples; ++i) add(i * scores_.cells / kSamples);
-  return unit.unit();
+  const Unit unit = numbers_.unit();
+  warn_once(numbers_.contradiction());
+  return unit;
 }
 
 Candidate DenseHead::make_candidate(const detection::ScoredCell& found,

@@ -64,6 +64,7 @@ class DenseHead final : public Head {
   DenseSpec spec_;
   detection::DenseScores scores_;
   float threshold_;
+  UnitOfNumbers numbers_;  // unless they may be relative to cells
   std::vector<detection::ScoredCell> found_;
   std::vector<CellPlace> places_;
   Size placed_{};  // the input that places_ are of

@@ -42,7 +42,9 @@ class EndToEnd final : public Head {
       boxes_.add(row.subspan(columns_.box).first<4>(), row[columns_.score],
                  row[columns_.class_index], i);
     }
-    return boxes_.take(input.width > 0 ? input : input_);
+    auto found = boxes_.take(input.width > 0 ? input : input_);
+    warn_once(boxes_.contradiction());
+    return found;
   }
 
  private:
@@ -73,13 +75,9 @@ using detection::Candidates;
 
 constexpr size_t kMaxQueries = 1000, kDetrBox = 4, kCoco = 80, kCocoOfDetr = 92;
 
-// Centre and size, 0 to 1 across the picture.
-Candidate make_candidate(std::span<const float> box, Size input) {
-  const auto width = static_cast<float>(input.width), height = static_cast<float>(input.height);
-  return {.x = (box[0] - box[2] / 2) * width,
-          .y = (box[1] - box[3] / 2) * height,
-          .width = box[2] * width,
-          .height = box[3] * height};
+// Centre and size, in pixels of the input or from 0 to 1.
+Candidate make_candidate(std::span<const float> box) {
+  return {.x = box[0] - box[2] / 2, .y = box[1] - box[3] / 2, .width = box[2], .height = box[3]};
 }
 
 // Where the classes and the boxes of queries are: in two outputs, or both in rows of one.
@@ -119,29 +117,34 @@ std::optional<Queries> find_joined_queries(const ModelSignature& model) {
 
 class QueryHead : public Head {
  public:
-  QueryHead(const Queries& queries, Size input, float threshold)
-      : queries_(queries), input_(input), threshold_(threshold) {}
+  QueryHead(const Queries& queries, Size input, Unit unit, float threshold)
+      : queries_(queries), input_(input), numbers_(unit), threshold_(threshold) {}
 
   results::Features features() const override { return {}; }
 
   Candidates find(OutputValues& outputs, Size frame_input) override {
-    const Size input = frame_input.width > 0 ? frame_input : input_;
-    require_size(input);
     const auto scores = outputs.read(queries_.scores_output);
     const auto boxes = outputs.read(queries_.boxes_output);
     check(scores, queries_.row_length);
     const size_t box_length = queries_.are_together() ? queries_.row_length : kDetrBox;
     check(boxes, box_length);
     begin(scores);
+    numbers_.begin();
     Candidates found;
     for (size_t i = 0; i < queries_.count; ++i) {
       const size_t first = queries_.are_together() ? kDetrBox : 0;
       const auto row = scores.subspan(i * queries_.row_length + first, queries_.classes);
-      Candidate candidate = make_candidate(boxes.subspan(i * box_length, kDetrBox), input);
+      const auto box = boxes.subspan(i * box_length, kDetrBox);
+      Candidate candidate = make_candidate(box);
       if (!choose(row, &candidate) || !candidate.is_finite()) continue;
       candidate.row = static_cast<uint32_t>(i);
+      numbers_.add(box);
       found.push_back(candidate);
     }
+    const Unit unit = numbers_.unit();
+    warn_once(numbers_.contradiction());
+    if (unit == Unit::Picture && !found.empty())
+      enlarge(frame_input.width > 0 ? frame_input : input_, &found);
     return found;
   }
 
@@ -161,8 +164,19 @@ class QueryHead : public Head {
          .needed = std::to_string(queries_.count * length)});
   }
 
+  static void enlarge(Size input, Candidates* found) {
+    require_size(input);
+    const auto width = static_cast<float>(input.width), height = static_cast<float>(input.height);
+    for (Candidate& candidate : *found) {
+      candidate.x *= width, candidate.width *= width;
+      candidate.y *= height, candidate.height *= height;
+    }
+    std::erase_if(*found, [](const Candidate& candidate) { return !candidate.is_finite(); });
+  }
+
   Queries queries_;
   Size input_;
+  UnitOfNumbers numbers_;
   float threshold_;
 };
 
@@ -186,8 +200,8 @@ class Detr final : public QueryHead {
 
 class RtDetr final : public QueryHead {
  public:
-  RtDetr(const Queries& queries, Size input, float threshold, ScoreKind kind)
-      : QueryHead(queries, input, threshold),
+  RtDetr(const Queries& queries, Size input, Unit unit, float threshold, ScoreKind kind)
+      : QueryHead(queries, input, unit, threshold),
         first_(queries.are_together() ? kDetrBox : 0),
         length_(queries.row_length),
         kind_(kind) {}
@@ -236,14 +250,15 @@ Match fit_rt_detr(const ModelSignature& model) {
 std::unique_ptr<Head> open_detr(const ModelSignature& model, const HeadOptions& options) {
   const auto queries = find_queries(model);
   if (!queries || queries->classes < 2) throw wrong_outputs(model, kDetr);
-  return std::make_unique<Detr>(*queries, model.input, options.threshold);
+  return std::make_unique<Detr>(*queries, model.input, unit_setting(options), options.threshold);
 }
 
 std::unique_ptr<Head> open_rt_detr(const ModelSignature& model, const HeadOptions& options) {
   auto queries = find_queries(model);
   if (!queries) queries = find_joined_queries(model);
   if (!queries) throw wrong_outputs(model, kRtDetr);
-  return std::make_unique<RtDetr>(*queries, model.input, options.threshold, score_kind(options));
+  return std::make_unique<RtDetr>(*queries, model.input, unit_setting(options), options.threshold,
+                                  score_kind(options));
 }
 
 // Three outputs: labels N, boxes 4:N of x1, y1, x2, y2, scores N. Or two: labels N, boxes 5:N with
@@ -323,7 +338,9 @@ class LabelsBoxesScores final : public Head {
       boxes_.add(box.first<kDetrBox>(), roles_.are_together() ? box.back() : scores[i],
                  labels[i] - first_class_, i);
     }
-    return boxes_.take(input.width > 0 ? input : input_);
+    auto found = boxes_.take(input.width > 0 ? input : input_);
+    warn_once(boxes_.contradiction());
+    return found;
   }
 
  private:
@@ -391,7 +408,7 @@ const Family kDetr{.name = "detr",
                    .aliases = "",
                    .tasks = kDetection,
                    .outputs = "logits CLASSES+1:N, the last for no object, and boxes 4:N",
-                   .custom = "",
+                   .custom = "unit",
                    .threshold = 0.5f,
                    .fit = fit_detr,
                    .open = open_detr};
@@ -400,7 +417,7 @@ const Family kRtDetr{.name = "rtdetr",
                      .aliases = "rt-detr,deformable-detr",
                      .tasks = kDetection,
                      .outputs = "scores CLASSES:N and boxes 4:N, or 1 tensor 4+CLASSES:300",
-                     .custom = "scores",
+                     .custom = "scores,unit",
                      .threshold = 0.5f,
                      .fit = fit_rt_detr,
                      .open = open_rt_detr};

@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 
+#include "core/heads/coordinates.hpp"
 #include "core/heads/head_options.hpp"
 #include "core/heads/output_shapes.hpp"
 #include "core/heads/points_head.hpp"
@@ -202,9 +203,10 @@ std::optional<UltrafaceOutputs> ultraface_outputs(const ModelSignature& model) {
 
 class Ultraface final : public Head {
  public:
-  Ultraface(const UltrafaceOutputs& outputs, float threshold, bool is_raw)
+  Ultraface(const UltrafaceOutputs& outputs, Unit unit, float threshold, bool is_raw)
       : outputs_(outputs),
         threshold_(threshold),
+        boxes_(unit, threshold),
         priors_(is_raw ? make_priors(outputs.input) : std::vector<Prior>{}) {}
 
   results::Features features() const override { return {}; }
@@ -213,20 +215,15 @@ class Ultraface final : public Head {
   Candidates find(OutputValues& outputs, Size input) override {
     if (input.width == 0) input = outputs_.input;
     const auto scores = outputs.read(outputs_.scores);
-    Candidates found;
+    boxes_.begin();
     for (size_t i = 0; i < outputs_.count; ++i) {
       const float score = scores[2 * i + 1];  // after the background's
       if (!(score >= threshold_ && score > 0)) continue;
       const Box box = box_at(i, outputs.read(outputs_.boxes).data() + 4 * i);
-      const Candidate candidate{.x = box.x1 * static_cast<float>(input.width),
-                                .y = box.y1 * static_cast<float>(input.height),
-                                .width = box.width() * static_cast<float>(input.width),
-                                .height = box.height() * static_cast<float>(input.height),
-                                .score = to_probability(score),
-                                .class_index = 0,
-                                .row = static_cast<uint32_t>(i)};
-      if (candidate.is_finite()) found.push_back(candidate);
+      boxes_.add(std::array{box.x1, box.y1, box.x2, box.y2}, to_probability(score), 0, i);
     }
+    auto found = boxes_.take(input);
+    warn_once(boxes_.contradiction());
     return found;
   }
 
@@ -244,6 +241,7 @@ class Ultraface final : public Head {
 
   UltrafaceOutputs outputs_;
   float threshold_;
+  CornerBoxes boxes_;
   std::vector<Prior> priors_;  // empty: the boxes are decoded
 };
 
@@ -267,7 +265,8 @@ template <bool kIsRaw>
 std::unique_ptr<Head> open_ultraface(const ModelSignature& model, const HeadOptions& options) {
   const auto outputs = ultraface_outputs(model);
   if (!outputs) throw wrong_outputs(model, kIsRaw ? kUltrafaceRaw : kUltraface);
-  return std::make_unique<Ultraface>(*outputs, options.threshold, kIsRaw);
+  const Unit unit = kIsRaw ? Unit::Picture : unit_setting(options);
+  return std::make_unique<Ultraface>(*outputs, unit, options.threshold, kIsRaw);
 }
 
 }  // namespace
@@ -285,7 +284,7 @@ const Family kUltraface{.name = "ultraface",
                         .aliases = "",
                         .tasks = kDetection,
                         .outputs = "2 tensors 2:N and 4:N (corners) for the N priors of the input",
-                        .custom = "",
+                        .custom = "unit",
                         .threshold = 0.7f,
                         .fit = fit_ultraface,
                         .open = open_ultraface<false>};

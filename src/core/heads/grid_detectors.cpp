@@ -268,7 +268,9 @@ class YoloNas final : public Head {
     for (const auto& found : found_)
       boxes_.add(boxes.subspan(size_t{4} * found.cell).first<4>(), found.score,
                  static_cast<float>(found.class_index), found.cell);
-    return boxes_.take(input.width > 0 ? input : outputs_.layout.input);
+    auto candidates = boxes_.take(input.width > 0 ? input : outputs_.layout.input);
+    warn_once(boxes_.contradiction());
+    return candidates;
   }
 
  private:

@@ -12,6 +12,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "core/detection/candidate.hpp"
@@ -76,6 +77,17 @@ class Head {
                         Size input, results::FrameResults* results) {
     (void)outputs, (void)kept, (void)input, (void)results;
   }
+  // What the values of the last frame contradict in how they are read. At most one for a head.
+  std::optional<Error> next_warning() { return std::exchange(warning_, std::nullopt); }
+
+ protected:
+  void warn_once(std::optional<Error> warning) {
+    if (warning && !std::exchange(has_warned_, true)) warning_ = std::move(warning);
+  }
+
+ private:
+  std::optional<Error> warning_;
+  bool has_warned_ = false;
 };
 
 // The modes of tensor_decoder, as bits.

@@ -109,6 +109,7 @@ struct HeadResult {
   results::Features features;
   detection::Candidates found;
   results::FrameResults details;  // completed for all that was found
+  std::string warning;            // "": none
 };
 
 inline HeadResult run_head(const std::vector<TestOutput>& outputs, const HeadSetup& setup = {}) {
@@ -127,6 +128,7 @@ inline HeadResult run_head(const std::vector<TestOutput>& outputs, const HeadSet
     const auto input = setup.frame.width > 0 ? setup.frame : setup.input;
     out.found = head->find(values, input);
     head->complete(values, out.found, input, &out.details);
+    if (const auto warning = head->next_warning()) out.warning = warning->message();
   } catch (const Failure& failure) {
     out.error = failure.error().message();
   }

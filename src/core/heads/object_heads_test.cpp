@@ -55,6 +55,55 @@ TEST(EndToEndHeads, NeedTheInputSizeForPartsOfThePictureOnly) {
               "custom=input:640:640");
 }
 
+TEST(EndToEndHeads, WarnOfCoordinatesThatContradictTheUnit) {
+  const auto read = [](const Floats& rows, const char* unit) {
+    HeadSetup setup{.head = "yolov10"};
+    if (unit) setup.custom = {{"unit", unit}};
+    return run_head({TestOutput(shape_text(6, rows.size() / 6).c_str(), rows)}, setup);
+  };
+  const Floats pixels{1, 2, 30, 40, 0.9f, 1, 5, 5, 61, 60, 0.8f, 1};
+  const Floats parts{0.1f, 0.2f, 0.5f, 0.75f, 0.9f, 1};
+  EXPECT_EQ(read(pixels, "pixels").warning, "");
+  EXPECT_EQ(read(parts, "picture").warning, "");
+  EXPECT_EQ(read(pixels, nullptr).warning, "");
+  const auto as_parts = read(pixels, "picture").warning;
+  EXPECT_SAYS(as_parts, "the coordinates of a frame contradict the setting unit");
+  EXPECT_SAYS(as_parts, "coordinates up to 61 of 2 boxes");
+  EXPECT_SAYS(as_parts, "custom=unit:pixels");
+  const auto as_pixels = read(parts, "pixels").warning;
+  EXPECT_SAYS(as_pixels, "coordinates up to 0.75 of 1 boxes");
+  EXPECT_SAYS(as_pixels, "custom=unit:picture");
+}
+
+TEST(EndToEndHeads, OneBoxFarBeyondThePictureDoesNotDecideTheUnit) {
+  Floats rows;
+  for (const auto& [x1, y1, x2, y2, score, index] : kObjects)
+    for (const float number :
+         {x1 / 64, y1 / 64, x2 / 64, y2 / 64, score, static_cast<float>(index)})
+      rows.push_back(number);
+  rows.insert(rows.end(), {0, 0, 2.5f, 0.5f, 0.3f, 1});
+  const auto result = run_head({TestOutput("6:3:1", rows)}, {.head = "yolov10"});
+  ASSERT_EQ(result.found.size(), 3u);
+  EXPECT_FLOAT_EQ(result.found[0].width, 16);
+  EXPECT_FLOAT_EQ(result.found[2].width, 160);
+}
+
+TEST(EndToEndHeads, AModelHasOneUnitInAllFrames) {
+  const ModelSignature facts = facts_of({TestOutput("6:3:1", {})}, {});
+  const auto head = kYolov10.open(facts, {.threshold = 0.25f});
+  const auto read = [&](const Floats& rows) {
+    const TestOutput output("6:3:1", rows);
+    const std::vector<weir_tensor> tensors{output.tensor()};
+    OutputValues values;
+    values.begin(tensors);
+    return head->find(values, {64, 64});
+  };
+  const Floats large{8, 8, 40, 40, 0.9f, 0, 9, 30, 50, 50, 0.8f, 0, 1, 2, 60, 61, 0.7f, 0};
+  const Floats small{0, 0, 1.5f, 2, 0.9f, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0};
+  EXPECT_FLOAT_EQ(read(large).at(0).width, 32);
+  EXPECT_FLOAT_EQ(read(small).at(0).width, 1.5f) << "a box in the first two pixels";
+}
+
 TEST(EndToEndHeads, LeaveOutRowsThatAreNotFinite) {
   for (size_t value = 0; value < 6; ++value)
     for (const float number : {float(NAN), INFINITY, -INFINITY}) {
@@ -101,6 +150,20 @@ TEST(DetrHeads, SoftmaxLeavesOutTheClassOfNoObject) {
   for (const auto& outputs : {std::vector{logits, boxes}, std::vector{boxes, logits}}) {
     const auto result = run_head(outputs, {.labels = 5, .threshold = 0.5f});
     EXPECT_EQ(result.family, "detr") << result.error;
+    expect_found(result.found, kObjects);
+  }
+}
+
+TEST(DetrHeads, BoxesMayBeInPixels) {
+  for (const char* head : {"detr", "rtdetr"}) {
+    auto queries = encode_queries(100, 5, std::string(head) == "detr");
+    for (float& number : queries.boxes) number *= 64;
+    const std::string scores = head == std::string("detr") ? "6:100:1" : "5:100:1";
+    const auto result = run_head({TestOutput(scores.c_str(), queries.logits, "logits"),
+                                  TestOutput("4:100:1", queries.boxes, "pred_boxes")},
+                                 {.head = head, .input = {}, .threshold = 0.5f});
+    EXPECT_EQ(result.error, "") << "pixels need no input size";
+    EXPECT_EQ(result.warning, "");
     expect_found(result.found, kObjects);
   }
 }
@@ -320,6 +383,22 @@ TEST(SsdHeads, PostprocessedOutputsAreReadInAnyOrder) {
                 named("3:1", {0.9f, 0.6f, 0.9f}, "detection_scores")})
           .found,
       kObjects);
+}
+
+TEST(SsdHeads, PostprocessedBoxesMayBeInPixelsAndEndWithThePicture) {
+  const auto read = [](float unit) {
+    Floats boxes;
+    for (const auto& object : kObjects)
+      for (const float edge : {object.y1, object.x1, object.y2, object.x2})
+        boxes.push_back(edge * unit);
+    boxes.insert(boxes.end(), {-8 * unit, 32 * unit, 16 * unit, 72 * unit});
+    return run_head({TestOutput("4:3:1", boxes), TestOutput("3:1", {2, 0, 1}),
+                     TestOutput("3:1", {0.9f, 0.6f, 0.55f}), TestOutput("1:1", {3})},
+                    {.head = "ssd-postprocess", .threshold = 0.5f});
+  };
+  auto wanted = kObjects;
+  wanted.push_back({32, 0, 64, 16, 0.55f, 1});
+  for (const float unit : {1.0f, 1.0f / 64}) expect_found(read(unit).found, wanted);
 }
 
 TEST(SsdHeads, PostprocessedRowsThatAreNotFiniteAreLeftOut) {

@@ -213,11 +213,12 @@ std::optional<Postprocessed> find_postprocessed(const ModelSignature& model) {
 
 class SsdPostprocess final : public Head {
  public:
-  SsdPostprocess(const Postprocessed& outputs, Size input, float first_class, float threshold)
+  SsdPostprocess(const Postprocessed& outputs, Size input, Unit unit, float first_class,
+                 float threshold)
       : outputs_(outputs),
         input_(input),
         first_class_(first_class),
-        boxes_(Unit::Picture, threshold) {}
+        boxes_(unit, threshold, true) {}
 
   results::Features features() const override { return {}; }
 
@@ -234,10 +235,12 @@ class SsdPostprocess final : public Head {
     boxes_.begin();
     for (size_t i = 0; i < count; ++i) {
       const auto box = boxes.subspan(i * kSsdBox, kSsdBox);  // top, left, bottom, right
-      const std::array corners{part(box[1]), part(box[0]), part(box[3]), part(box[2])};
+      const std::array corners{box[1], box[0], box[3], box[2]};
       boxes_.add(corners, scores[i], classes[i] - first_class_, i);
     }
-    return boxes_.take(input.width > 0 ? input : input_);
+    auto found = boxes_.take(input.width > 0 ? input : input_);
+    warn_once(boxes_.contradiction());
+    return found;
   }
 
  private:
@@ -245,10 +248,6 @@ class SsdPostprocess final : public Head {
   static bool are_classes(std::span<const float> numbers) {
     return std::all_of(numbers.begin(), numbers.end(),
                        [](float number) { return number >= 0 && number == std::floor(number); });
-  }
-  // Moves an edge into the picture; CornerBoxes leaves out what is not finite.
-  static float part(float edge) noexcept {
-    return std::isfinite(edge) ? std::clamp(edge, 0.0f, 1.0f) : edge;
   }
 
   Postprocessed outputs_;
@@ -269,7 +268,7 @@ std::unique_ptr<Head> open_ssd_postprocess(const ModelSignature& model,
   // TensorFlow's own detectors count classes from 1.
   const bool from_one = has_name_with(model.outputs[outputs->classes], "detection_classes");
   const auto first = number_setting(options, "first-class", -1000, 1000);
-  return std::make_unique<SsdPostprocess>(*outputs, model.input,
+  return std::make_unique<SsdPostprocess>(*outputs, model.input, unit_setting(options),
                                           static_cast<float>(first.value_or(from_one ? 1 : 0)),
                                           options.threshold);
 }
@@ -291,7 +290,7 @@ const Family kSsdPostprocess{.name = "ssd-postprocess",
                              .aliases = "efficientdet",
                              .tasks = kDetection,
                              .outputs = "boxes 4:N, classes N, scores N, count 1 in any order",
-                             .custom = "first-class",
+                             .custom = "unit,first-class",
                              .threshold = 0.5f,
                              .fit = fit_ssd_postprocess,
                              .open = open_ssd_postprocess};

@@ -5,6 +5,7 @@
 #include <gst/gst.h>
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -35,6 +36,8 @@ class FrameDecoder {
   // LIMIT_EXCEEDED when the output needs more memory than `limit` allows.
   virtual Result<bool> decode(const FrameSpec& input, GstBuffer* in, const gst::FrameLayout& reader,
                               GstBuffer* out, const BufferLimit& limit, Ledger* ledger) = 0;
+  // What the last decode() warns of.
+  virtual std::optional<Error> warning() const { return std::nullopt; }
   // The input caps, before configure(): fields beyond the spec, for decoders that use them.
   virtual void set_caps(const GstCaps*) {}
   // The names of the classes of its results, after configure(); empty = not known.

@@ -20,6 +20,7 @@ class ModuleDecoder final : public FrameDecoder {
   Result<gst::Ref<GstCaps>> configure(const FrameSpec& input) override;
   Result<bool> decode(const FrameSpec& input, GstBuffer* in, const gst::FrameLayout& reader,
                       GstBuffer* out, const BufferLimit& limit, Ledger* ledger) override;
+  std::optional<Error> warning() const override { return decoder_->warning(); }
   void set_caps(const GstCaps* caps) override;
   std::vector<std::string> labels() const override { return decoder_->labels(); }
   bool reads_results() const noexcept override { return decoder_->reads_results(); }

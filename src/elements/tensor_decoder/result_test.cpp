@@ -71,6 +71,17 @@ TEST(ResultDecoder, SaysWithTheFirstFrameWhatAStreamWithoutAModelLacks) {
   EXPECT_EQ(stat(h, "dropped"), 1u);
 }
 
+TEST(ResultDecoder, WarnsOnceOfValuesThatContradictTheReading) {
+  const auto h = make_harness(named("yolov8,input:32:32,unit:picture"));
+  begin(h, kYoloCaps);
+  Errors messages(h);
+  for (int i = 0; i < 2; ++i) gst_harness_push(h.get(), frame(yolo(kTwo)));
+  const auto warning = messages.next_warning();
+  EXPECT_SAYS(warning, "the coordinates of a frame contradict the setting unit");
+  EXPECT_SAYS(warning, "custom=unit:pixels");
+  EXPECT_EQ(messages.next_warning(), "");
+}
+
 TEST(ResultDecoder, IgnoresTheModelOfOtherTensors) {
   DescribedModel other = yolo_model("other");
   other.outputs[0].shape = {1, 7, 84};

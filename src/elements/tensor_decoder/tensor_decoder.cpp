@@ -407,6 +407,7 @@ class TensorDecoder : public gst::CountedTransform<TensorDecoder> {
     decoder_->set_times(gst::abi_time(gst::running_time(self()->segment, GST_BUFFER_PTS(in))),
                         gst::get_unix_time(in, self()->segment, element()));
     auto kept = decoder_->decode(input_, in, reader_, out, buffer_limit_, &ledger_);
+    if (const auto warning = decoder_->warning()) gst::post_warning(element(), *warning);
     if (kept && *kept && gst_buffer_get_size(out) < picture_bytes_)
       return Error{.code = Code::FRAME_SIZE,
                    .what = "the output of the decoder is smaller than a picture of its caps",

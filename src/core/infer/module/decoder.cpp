@@ -116,7 +116,9 @@ Status Decoder::configure(const std::vector<weir_tensor_info>& inputs, weir_sink
 Result<bool> Decoder::decode(const weir_frame& frame, weir_sink* sink) {
   weir_error error;
   const int result = type_.decode(handle_, &frame, sink, &error);
+  warning_.reset();
   if (result < 0) return take_error(&error, result, "the decoder failed on a frame");
+  if (error.set) warning_ = std::move(error.error);
   return result == 0;
 }
 

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -49,6 +50,8 @@ class Decoder {
   Status configure(const std::vector<weir_tensor_info>& inputs, weir_sink* sink);
   // True: the sink holds the output; false: the frame is dropped.
   Result<bool> decode(const weir_frame& frame, weir_sink* sink);
+  // What the last decode() that succeeded warns of.
+  const std::optional<Error>& warning() const noexcept { return warning_; }
   // The next frame does not continue the previous ones.
   void reset() noexcept;
 
@@ -56,6 +59,7 @@ class Decoder {
   Decoder(const weir_decoder_type& type, weir_decoder* handle);
   const weir_decoder_type& type_;
   weir_decoder* handle_;
+  std::optional<Error> warning_;
   const weir_decoder_stream* stream_;  // null: the decoder does not have the extension
   const weir_decoder_model* model_;    // likewise
   const weir_decoder_caps* caps_;      // likewise
