@@ -84,6 +84,25 @@ class MapHead : public Head {
   Pixels pixels_;
 };
 
+// Whether all are whole numbers as of classes, with one that is no score. A map of 0 and 1 reads
+// the same as scores.
+bool are_class_numbers(std::span<const float> numbers) {
+  const bool are_whole = std::all_of(numbers.begin(), numbers.end(), [](float number) {
+    return number >= 0 && number < kMaxClasses && number == std::floor(number);
+  });
+  return are_whole &&
+         std::any_of(numbers.begin(), numbers.end(), [](float number) { return number > 1; });
+}
+
+Error class_numbers_as_scores(std::span<const float> numbers) {
+  const auto max = static_cast<uint32_t>(*std::max_element(numbers.begin(), numbers.end()));
+  return {.code = Code::SPEC_MISMATCH,
+          .what = "the numbers of a map of scores are those of classes",
+          .offered = "whole numbers up to " + std::to_string(max),
+          .needed = "a score for each pixel",
+          .fix = "custom=head:class-map"};
+}
+
 class DeepLab final : public MapHead {
  public:
   DeepLab(const Pixels& pixels, ScoreKind kind, float threshold)
@@ -101,8 +120,14 @@ class DeepLab final : public MapHead {
     else
       detection::classes_from_planes(numbers, pixels_.classes, map);
   }
-  // Class 1 where the probability reaches the threshold.
+  // Class 1 where the probability reaches the threshold; or the classes, if the numbers are no
+  // scores.
   void fill_one(std::span<const float> numbers, std::span<uint16_t> map) {
+    if (are_class_numbers(numbers)) {
+      if (kind_ == ScoreKind::Automatic)
+        return static_cast<void>(detection::classes_from_numbers(numbers, kMaxClasses, map));
+      warn_once(class_numbers_as_scores(numbers));
+    }
     if (kind_ == ScoreKind::Automatic && are_logits(numbers)) kind_ = ScoreKind::Logits;
     const float min = kind_ != ScoreKind::Logits ? threshold_
                       : threshold_ >= 1          ? std::numeric_limits<float>::infinity()
@@ -140,13 +165,17 @@ bool is_class_map(const OutputSignature& output, const Pixels& pixels) {
 
 Match fit_deep_lab(const ModelSignature& model) {
   const auto pixels = find_pixels(model);
-  const bool are_scores = pixels && !is_class_map(model.outputs[0], *pixels);
-  return are_scores && !looks_like_picture(model) ? Match::Possible : Match::No;
+  if (!pixels || is_class_map(model.outputs[0], *pixels) || looks_like_picture(model))
+    return Match::No;
+  return pixels->classes > 1 && pixels->classes == model.labels ? Match::Certain : Match::Possible;
 }
 
 Match fit_class_map(const ModelSignature& model) {
   const auto pixels = find_pixels(model);
-  return pixels && is_class_map(model.outputs[0], *pixels) ? Match::Possible : Match::No;
+  if (!pixels || pixels->classes > 1) return Match::No;
+  if (is_class_map(model.outputs[0], *pixels)) return Match::Possible;
+  // One score tells two classes apart; more names are those of class numbers.
+  return model.labels > 2 && !model.outputs[0].is_quantised ? Match::Certain : Match::No;
 }
 
 std::unique_ptr<Head> open_deep_lab(const ModelSignature& model, const HeadOptions& options) {

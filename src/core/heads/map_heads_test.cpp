@@ -148,9 +148,36 @@ TEST(Segmentation, ReadsNumbersOfClasses) {
   EXPECT_SAYS(segment({"2:2:1", {0, 3, -2, 1}}, {4, 4}, "class-map").error, "at pixel 0, 1");
 }
 
+TEST(Segmentation, WholeNumbersThatAreNoScoresAreClasses) {
+  const TestOutput classes("2:2:1", {0, 3, 20, 1});
+  const auto result = segment(classes, {4, 4});
+  EXPECT_EQ(result.details.class_map, (std::vector<uint16_t>{0, 3, 20, 1})) << result.error;
+  EXPECT_EQ(result.warning, "");
+  const auto forced = segment(classes, {4, 4}, "deeplab", {{"scores", "logits"}});
+  EXPECT_EQ(forced.details.class_map, (std::vector<uint16_t>{1, 1, 1, 1}));
+  EXPECT_SAYS(forced.warning, "whole numbers up to 20");
+  EXPECT_SAYS(forced.warning, "custom=head:class-map");
+  EXPECT_EQ(segment({"2:2:1", {0, 2.5f, 20, 1}}, {4, 4}).details.class_map,
+            (std::vector<uint16_t>{1, 1, 1, 1}))
+      << "logits";
+  EXPECT_EQ(run_head({classes}, {.tasks = kSegmentation, .input = {4, 4}, .labels = 21}).family,
+            "class-map");
+}
+
 TEST(Segmentation, RefusesPicturesOfAnotherAspect) {
   EXPECT_SAYS(segment({"3:40:20:1", Floats(2400)}, {20, 20}).error,
               "no head of this mode fits these outputs");
+}
+
+TEST(HeatMaps, WarnOfMapsThatAreScoresOfClasses) {
+  const auto read = [](float rest) {
+    Floats planes(4 * 16 * 16, rest);  // 0.9 for the class of each pixel
+    for (size_t pixel = 0; pixel < 256; ++pixel) planes[pixel % 4 * 256 + pixel] = 0.9f;
+    return run_head({TestOutput("16:16:4:1", planes)}, {.head = "heat-maps", .tasks = kPose});
+  };
+  EXPECT_SAYS(read(0.1f / 3).warning, "4 maps whose sum is 1 in each cell");
+  EXPECT_SAYS(read(0.1f / 3).warning, "tensor_decoder mode=segmentation");
+  EXPECT_EQ(read(0.0f).warning, "");
 }
 
 TEST(Depth, IsTheMapOfTheNetwork) {

@@ -278,10 +278,32 @@ class HeatMaps final : public PointsHead {
     }
     const float score = sum / static_cast<float>(layout_.points);
     if (score >= threshold_ && score > 0) add(points_, threshold_, score, 0);
+    if (sum_to_one(maps)) warn_once(scores_as_points());
     return take();
   }
 
  private:
+  // Whether the maps have the sum 1 in each of some cells, as probabilities of classes do.
+  bool sum_to_one(std::span<const float> maps) const {
+    constexpr size_t kSamples = 64;
+    const size_t cells = layout_.width * layout_.height;
+    if (layout_.points < 2 || maps.size() < cells * layout_.points) return false;
+    for (size_t i = 0; i < kSamples; ++i) {
+      const size_t cell = i * cells / kSamples;
+      float sum = 0;
+      for (size_t point = 0; point < layout_.points; ++point)
+        sum += maps[point * layout_.next_point + cell * layout_.next_cell];
+      if (!(std::abs(sum - 1) < 0.02f)) return false;
+    }
+    return true;
+  }
+  Error scores_as_points() const {
+    return {.code = Code::SPEC_MISMATCH,
+            .what = "the maps of key points look like scores of classes",
+            .offered = std::to_string(layout_.points) + " maps whose sum is 1 in each cell",
+            .needed = "maps that are near 0 away from their key point",
+            .fix = "tensor_decoder mode=segmentation"};
+  }
   // The first cell with the highest value; not-a-number never wins.
   size_t find_peak(const float* map) const noexcept {
     size_t best = 0;

@@ -162,6 +162,24 @@ TEST(Recognition, ListsTheFamiliesThatFit) {
   EXPECT_THROW(fitting(facts, kDetection), Failure);
 }
 
+TEST(Recognition, FewMapsAreAskedFor) {
+  constexpr uint32_t kMaps = kPose | kSegmentation | kDepth;
+  const auto names = [&](const char* shape, size_t labels) {
+    ModelSignature facts{.outputs = {zeros(shape).facts}, .input = k640, .metadata = {}};
+    facts.labels = labels;
+    std::vector<std::string> out;
+    for (const auto& reading : likely(list_readings(facts, kMaps), facts))
+      out.emplace_back(reading.family->name);
+    return out;
+  };
+  using Names = std::vector<std::string>;
+  EXPECT_EQ(names("160:160:4:1", 0), (Names{"heat-maps", "deeplab"}));
+  EXPECT_EQ(names("4:160:160:1", 0), (Names{"heat-maps", "deeplab"}));
+  EXPECT_EQ(names("160:160:4:1", 4), (Names{"deeplab"})) << "a label for each map";
+  EXPECT_EQ(names("160:160:17:1", 0), (Names{"heat-maps"}));
+  EXPECT_EQ(names("160:160:1", 0), (Names{"heat-maps", "deeplab", "depth"}));
+}
+
 TEST(Recognition, AMapOfTheInputsSizeIsNoHeatMap) {
   constexpr uint32_t kAll = ~0u;
   EXPECT_EQ(family({zeros("640:640:1", "predicted_depth")}, 0, kAll), "depth");
