@@ -16,6 +16,7 @@
 #include "core/decoders/stream_model.hpp"
 #include "core/detection/candidate.hpp"
 #include "core/heads/families.hpp"
+#include "core/results/merge_parts.hpp"
 #include "core/results/object_selection.hpp"
 #include "core/results/picture_coordinates.hpp"
 #include "core/results/results_writer.hpp"
@@ -209,17 +210,41 @@ class ResultsDecoder {
   bool decode(const weir_frame& frame, DecoderOutput& output) {
     FrameRegions regions(frame);
     results_.clear();
+    const bool are_tiles = are_tiles_of_picture(regions);
+    tiles_.clear(), tile_of_.clear();
     for (uint32_t i = 0; i < regions.count(); ++i) {
-      read(regions.tensors(i), regions.map(i));
-      if (regions.are_regions())
+      const auto map = regions.map(i);
+      read(regions.tensors(i), map);
+      if (are_tiles)
+        add_tile(*map);
+      else if (regions.are_regions())
         for (auto& object : part_.objects) object.parent = regions.row(i);
       results::append(&part_, features_, &results_);
     }
+    if (are_tiles)
+      results::merge_parts({.boxes = tiles_, .part_of = tile_of_}, settings_.iou,
+                           settings_.max_results, &results_);
     results::write(results_, features_, [&](size_t bytes) { return output.reserve(bytes); });
     return true;
   }
 
  private:
+  // Whether the regions are parts of the picture in which detectors look for objects. Those that
+  // were cut out for rows of results belong to these rows.
+  bool are_tiles_of_picture(const FrameRegions& regions) const {
+    const bool finds_objects =
+        (tasks_ & heads::kDetection) != 0 || head_->suppression() != heads::Suppression::None;
+    if (!regions.are_regions() || !features_.has_boxes || !finds_objects) return false;
+    for (uint32_t i = 0; i < regions.count(); ++i)
+      if (const auto map = regions.map(i); !map || map->row > 0) return false;
+    return true;
+  }
+  void add_tile(const SourceMap& map) {
+    const auto width = static_cast<float>(map.width), height = static_cast<float>(map.height);
+    tile_of_.resize(tile_of_.size() + part_.objects.size(), static_cast<uint32_t>(tiles_.size()));
+    tiles_.push_back(results::upright_box(map, {0, 0, width, height}));
+  }
+
   // The outputs of one picture, or of a batch of them.
   void open_first(const heads::ModelSignature& facts) {
     try {
@@ -297,7 +322,9 @@ class ResultsDecoder {
   std::optional<Error> warning_;  // of the last frame
   bool has_warned_ = false;
   heads::OutputValues values_;
-  FrameResults part_, results_;  // kept for their memory
+  FrameResults part_, results_;    // kept for their memory
+  std::vector<Box> tiles_;         // likewise
+  std::vector<uint32_t> tile_of_;  // likewise: of each object
 };
 
 template <uint32_t kTasks>

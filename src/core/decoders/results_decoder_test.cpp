@@ -119,6 +119,7 @@ TEST(ResultsDecoder, RegionsOfABatchAreParents) {
   map.width = map.height = 32;
   SourceMap moved = map;
   moved.x0 = 100;
+  map.row = 1, moved.row = 2;
   ResultsRun run("detection", {});
   ASSERT_TRUE(run.configure({batch}, &kModel, true)) << run.error;
   run.decode({batch}, {map, moved}, true);
@@ -126,6 +127,26 @@ TEST(ResultsDecoder, RegionsOfABatchAreParents) {
   ASSERT_EQ(run.n_rows(), 2u);
   EXPECT_EQ(run.row(0).parent(), 1);
   EXPECT_EQ(run.row(0).box(), (Box{114, 5, 118, 11}));
+}
+
+TEST(ResultsDecoder, RegionsWithoutRowsAreTilesOfThePicture) {
+  std::vector<float> both = head_of(kTwo);
+  // The first object again, 12 pixels further left; and one that only the second tile has.
+  const auto second =
+      head_of({{3, {4, 8, 4, 6}, {0, 0.8f, 0}}, {18, {20, 25, 4, 4}, {0, 0.6f, 0}}});
+  both.insert(both.end(), second.begin(), second.end());
+  const TestTensor batch("21:7:2", both);
+  SourceMap map;
+  map.width = map.height = 32;
+  SourceMap moved = map;
+  moved.x0 = 12;
+  ResultsRun run("detection", {});
+  ASSERT_TRUE(run.configure({batch}, &kModel, true)) << run.error;
+  run.decode({batch}, {map, moved}, true);
+  ASSERT_EQ(run.n_rows(), 3u) << run.error;
+  EXPECT_EQ(run.row(0).box(), (Box{14, 5, 18, 11}));
+  EXPECT_EQ(run.row(1).box(), (Box{30, 23, 34, 27}));
+  for (size_t i = 0; i < 3; ++i) EXPECT_EQ(run.row(i).parent(), -1) << "there are no rows of tiles";
 }
 
 TEST(ResultsDecoder, NumbersThatAreNotFiniteGiveNoObjects) {

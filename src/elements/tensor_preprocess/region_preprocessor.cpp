@@ -73,10 +73,11 @@ void RegionPreprocessor::find_regions(GstBuffer* in, const Rect& picture) {
     for (const preprocess::Roi& box : *boxes_) add(box);
   } else {
     gpointer state = nullptr;
+    uint64_t row = 0;  // as tensor_from_roi counts them
     while (const GstMeta* meta = gst_buffer_iterate_meta_filtered(
                in, &state, GST_VIDEO_REGION_OF_INTEREST_META_API_TYPE)) {
       const auto* region = reinterpret_cast<const GstVideoRegionOfInterestMeta*>(meta);
-      add({region->x, region->y, region->w, region->h});
+      add({region->x, region->y, region->w, region->h, ++row});
     }
   }
   counts_.prepared = regions_.size();

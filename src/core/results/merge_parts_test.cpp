@@ -1,0 +1,66 @@
+// Tests of objects in overlapping parts of a picture.
+// SPDX-License-Identifier: LGPL-2.1-or-later
+#include "core/results/merge_parts.hpp"
+
+#include <gtest/gtest.h>
+
+namespace weir::results {
+namespace merge_parts_test {
+
+// Two tiles of 100 x 100 pixels that have the columns 80 to 100 in common.
+const std::vector<Box> kTiles{{0, 0, 100, 100}, {80, 0, 180, 100}};
+
+Object seen(Box box, float score, int32_t class_index = 0) {
+  Object out;
+  out.box = box, out.score = score, out.class_index = class_index;
+  return out;
+}
+
+FrameResults merged(std::vector<Object> objects, const std::vector<uint32_t>& part_of,
+                    size_t max = 100) {
+  FrameResults out;
+  out.objects = std::move(objects);
+  out.points_per_object = 1;
+  for (size_t i = 0; i < out.objects.size(); ++i)
+    out.points.push_back({static_cast<float>(i), 0, 1});
+  merge_parts({.boxes = kTiles, .part_of = part_of}, 0.45f, max, &out);
+  return out;
+}
+
+TEST(MergeParts, AnObjectInBothPartsIsOne) {
+  const auto out = merged({seen({82, 20, 98, 40}, 0.6f), seen({83, 20, 98, 40}, 0.8f)}, {0, 1});
+  ASSERT_EQ(out.objects.size(), 1u);
+  EXPECT_EQ(out.objects[0], seen({83, 20, 98, 40}, 0.8f));
+  ASSERT_EQ(out.points.size(), 1u);
+  EXPECT_EQ(out.points[0].x, 1);
+}
+
+TEST(MergeParts, APieceBelongsToTheWhole) {
+  // The first tile ends within the object, the second one has all of it.
+  const auto out = merged({seen({85, 20, 100, 40}, 0.9f), seen({85, 20, 150, 40}, 0.7f)}, {0, 1});
+  ASSERT_EQ(out.objects.size(), 1u);
+  EXPECT_EQ(out.objects[0], seen({85, 20, 150, 40}, 0.9f));
+  EXPECT_EQ(out.points[0].x, 1) << "of the whole object";
+}
+
+TEST(MergeParts, TwoPiecesAreTheBoxAroundBoth) {
+  const auto out = merged({seen({20, 20, 100, 40}, 0.9f), seen({80, 21, 150, 41}, 0.7f)}, {0, 1});
+  EXPECT_EQ(out.objects.size(), 2u) << "only a quarter of a piece is in common";
+  const auto near = merged({seen({70, 20, 100, 40}, 0.9f), seen({80, 21, 110, 41}, 0.7f)}, {0, 1});
+  ASSERT_EQ(near.objects.size(), 1u);
+  EXPECT_EQ(near.objects[0], seen({70, 20, 110, 41}, 0.9f));
+}
+
+TEST(MergeParts, OthersStay) {
+  const std::vector<Object> objects{
+      seen({82, 20, 98, 40}, 0.5f), seen({82, 20, 98, 40}, 0.9f, 1),  // another class
+      seen({10, 10, 60, 60}, 0.7f), seen({12, 12, 62, 62}, 0.6f),     // of one part
+      seen({84, 22, 90, 30}, 0.8f)};                                  // small, within another
+  const auto out = merged(objects, {0, 1, 0, 0, 1});
+  ASSERT_EQ(out.objects.size(), 5u);
+  EXPECT_EQ(out.objects[0], objects[1]) << "best first";
+  EXPECT_EQ(merged(objects, {0, 1, 0, 0, 1}, 2).objects.size(), 2u);
+}
+
+}  // namespace merge_parts_test
+}  // namespace weir::results
