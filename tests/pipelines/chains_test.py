@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""docs/guide/chains.md: two networks in one line read text that this test has drawn."""
+"""docs/guide/chains.md: two networks in one line read text that this test has drawn, and find the landmarks of a hand."""
 
 import json
 import os
@@ -16,6 +16,7 @@ import tap_runner
 
 SOURCE = pathlib.Path(os.environ["WEIR_SOURCE"])
 NPM = pathlib.Path(os.environ.get("WEIR_NPM_MODELS") or "/nonexistent")
+MEDIA = pathlib.Path(os.environ.get("WEIR_DATA") or SOURCE / "../shared")
 FONT = next(iter(sorted(pathlib.Path("/usr/share/fonts/truetype").glob("*/*Sans*.ttf"))), None)
 LINES = (("HELLO WORLD", (100, 100), 64), ("INVOICE 2024", (200, 350), 48))
 
@@ -60,6 +61,29 @@ class Chains(unittest.TestCase):
             self.assertLess(abs(item["box"][0] - x), 20)
             self.assertLess(abs(item["box"][1] - y), size / 2)
             self.assertGreater(item["score"], 0.8)
+
+
+HAND, PALM = MEDIA / "media/image/hand_vsign.jpg", MEDIA / "models/detection/palm_detection_256_int8.tflite"
+
+
+@unittest.skipUnless(find("hand_landmark_full.tflite") and HAND.is_file() and PALM.is_file(), "the models of hands or their picture are not here")
+class Hands(unittest.TestCase):
+    def test_the_line_of_the_guide_finds_the_hand(self):
+        text = (SOURCE / "docs/guide/chains.md").read_text().split("## Hands")[1]
+        line = re.search(r"^gst-launch-1\.0 -q\n(?:  .*\n)+", text, re.M).group().replace("\n", " ")
+        line = line.replace("palm-detection/palm_detection_256_int8.tflite", str(PALM)).replace("/usr/share/weir/cards", str(SOURCE / "models/cards"))
+        line = line.replace("hand_landmark_full.tflite", shlex.quote(str(find("hand_landmark_full.tflite")))).replace("hand.jpg", str(HAND))
+        # The palm detector has the wrist and the root of the middle finger too.
+        line = line.replace("! tensor_decoder mode=detection !", "! tensor_decoder mode=pose max-results=1 !")
+        done = subprocess.run(line, shell=True, capture_output=True, text=True, timeout=120, check=False)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        palm, hand = json.loads(done.stdout)["detections"]
+        self.assertEqual(hand["parent"], 0)
+        self.assertGreater(hand["score"], 0.9)
+        side = max(palm["box"][2] - palm["box"][0], palm["box"][3] - palm["box"][1])
+        for of_palm, of_hand in ((0, 0), (2, 9), (1, 5), (4, 17)):
+            place, wanted = hand["keypoints"][of_hand], palm["keypoints"][of_palm]
+            self.assertLess(max(abs(place[i] - wanted[i]) for i in (0, 1)), side / 3, (of_palm, of_hand))
 
 
 if __name__ == "__main__":

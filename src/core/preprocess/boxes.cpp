@@ -6,6 +6,7 @@
 #include <cstring>
 
 #include "weir/results.hpp"
+#include "weir/source_map.hpp"
 
 namespace weir::preprocess {
 namespace {
@@ -19,15 +20,30 @@ Number number_at(std::span<const std::byte> bytes, size_t index) {
   return out;
 }
 
-Roi make_box(const float (&n)[kNumbers]) {
+// Of the left upper corner and the sides.
+Roi make_box(double left, double top, double right, double bottom) {
   constexpr double kFar = 1e12;  // pixels; larger coordinates make no difference
-  for (const float number : n)
+  for (const double number : {left, top, right, bottom})
     if (!std::isfinite(number)) return {};
   const auto edge = [&](double at) -> int64_t { return std::llround(std::clamp(at, -kFar, kFar)); };
-  const int64_t x = edge(n[0]), y = edge(n[1]);
-  const int64_t width = edge(double{n[0]} + n[2]) - x, height = edge(double{n[1]} + n[3]) - y;
+  const int64_t x = edge(left), y = edge(top);
+  const int64_t width = edge(right) - x, height = edge(bottom) - y;
   if (width <= 0 || height <= 0) return {};
   return {x, y, width, height};
+}
+
+// A box of these sides around a centre, in the shape.
+Roi make_shaped(Point centre, double width, double height, double rotation,
+                const RegionShape& shape) {
+  const double cosine = std::cos(rotation), sine = std::sin(rotation);
+  const double right = width * shape.shift_x, down = height * shape.shift_y;
+  const double x = centre.x + right * cosine - down * sine;
+  const double y = centre.y + right * sine + down * cosine;
+  if (shape.is_square) width = height = std::max(width, height);
+  const double reach_x = width * shape.scale / 2, reach_y = height * shape.scale / 2;
+  Roi out = make_box(x - reach_x, y - reach_y, x + reach_x, y + reach_y);
+  if (out.width > 0) out.rotation = rotation;
+  return out;
 }
 
 // The upright box around `box`, rotated about its centre.
@@ -50,6 +66,26 @@ std::pair<uint32_t, uint32_t> common(uint32_t begin, uint32_t length, int64_t fr
 
 }  // namespace
 
+Roi make_region(const weir::Box& box, float rotation, const RegionShape& shape) {
+  const bool is_rotated = shape.follows_rotation && std::isfinite(rotation);
+  const weir::Box upright = is_rotated ? box : around(box, rotation);
+  const double width = double{upright.x2 - upright.x1}, height = double{upright.y2 - upright.y1};
+  if (shape == RegionShape{})
+    return make_box(upright.x1, upright.y1, upright.x1 + width, upright.y1 + height);
+  return make_shaped({upright.x1 + width / 2, upright.y1 + height / 2}, width, height,
+                     is_rotated ? double{rotation} : 0, shape);
+}
+
+Roi make_region(const Roi& region, const RegionShape& shape) {
+  if (shape == RegionShape{} || region.width <= 0 || region.height <= 0) return region;
+  const auto width = static_cast<double>(region.width), height = static_cast<double>(region.height);
+  Roi out = make_shaped(
+      {static_cast<double>(region.x) + width / 2, static_cast<double>(region.y) + height / 2},
+      width, height, 0, shape);
+  out.row = region.row;
+  return out;
+}
+
 Status check_boxes(const TensorSpec& spec) {
   bool flat = spec.shape.valid() && spec.shape[0] == kNumbers;
   for (size_t i = 2; i < spec.shape.rank(); ++i) flat = flat && spec.shape[i] == 1;
@@ -61,7 +97,8 @@ Status check_boxes(const TensorSpec& spec) {
                .fix = "tensor_transform mode=typecast option=float32"};
 }
 
-void read_boxes(const TensorSpec& spec, std::span<const std::byte> bytes, std::vector<Roi>* out) {
+void read_boxes(const TensorSpec& spec, std::span<const std::byte> bytes, std::vector<Roi>* out,
+                const RegionShape& shape) {
   out->clear();
   const size_t count = bytes.size() / (kNumbers * 4);
   for (size_t b = 0; b < count; ++b) {
@@ -69,11 +106,12 @@ void read_boxes(const TensorSpec& spec, std::span<const std::byte> bytes, std::v
     if (spec.type == ElementType::Float32) {
       float numbers[kNumbers];
       for (size_t i = 0; i < kNumbers; ++i) numbers[i] = number_at<float>(of, i);
-      out->push_back(make_box(numbers));
+      const auto& [x, y, width, height] = numbers;
+      out->push_back(make_region(make_box(x, y, double{x} + width, double{y} + height), shape));
       continue;
     }
     const auto at = [&](size_t i) { return int64_t{number_at<uint32_t>(of, i)}; };
-    out->push_back({at(0), at(1), at(2), at(3)});
+    out->push_back(make_region(Roi{at(0), at(1), at(2), at(3)}, shape));
   }
 }
 
@@ -89,7 +127,7 @@ Status check_result_rows(const TensorSpec& spec, const weir_result_columns& colu
 }
 
 void read_result_boxes(const weir_result_columns& columns, std::span<const std::byte> bytes,
-                       uint64_t first_row, std::vector<Roi>* out) {
+                       uint64_t first_row, std::vector<Roi>* out, const RegionShape& shape) {
   if (columns.box < 0) return;
   const size_t rows = bytes.size() / (size_t{columns.length} * sizeof(float));
   std::vector<float> numbers(columns.length);
@@ -98,10 +136,7 @@ void read_result_boxes(const weir_result_columns& columns, std::span<const std::
                 columns.length * sizeof(float));
     const ResultRow row(columns, numbers.data());
     if (row.is_background()) continue;
-    const weir::Box upright = around(row.box(), row.rotation());
-    const float corner[kNumbers] = {upright.x1, upright.y1, upright.x2 - upright.x1,
-                                    upright.y2 - upright.y1};
-    out->push_back(make_box(corner));
+    out->push_back(make_region(row.box(), row.rotation(), shape));
     out->back().row = first_row + i + 1;
   }
 }

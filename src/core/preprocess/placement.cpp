@@ -70,6 +70,11 @@ Placement place(const Preparation& p, const Rect& picture, const Roi& region) no
   if (p.fit == Fit::Letterbox) out.content = middle(out.content, part);
   if (p.fit == Fit::CentreCrop) part = middle(part, out.content);
   const Rect content = out.content;
+  if (region.rotation != 0) {
+    out.rotated.emplace(region, part, content, picture);
+    if (!out.rotated->shows_picture()) out.source = {}, out.content = {};
+    return out;
+  }
   const Clipped x =
       clip(region.x + part.x, part.width, content.x, content.width, picture.x, picture.width);
   const Clipped y =
@@ -106,7 +111,13 @@ Status check_region(const Preparation& p, const Rect& picture, const Roi& region
 
 SourceMap make_source_map(const Preparation& p) noexcept {
   const auto placed = place(p);
-  const auto& [source, content, of_columns, of_rows] = placed;
+  const auto& [source, content, of_columns, of_rows, rotated] = placed;
+  if (rotated) {
+    SourceMap map = picture_as_it_is(p.source.width, p.source.height, p.layout == Layout::Nchw);
+    map.width = p.width, map.height = p.height;
+    rotated->set_transform(&map);
+    return map;
+  }
   const AxisWhole columns =
       of_columns.value_or(AxisWhole{source.x, source.width, content.width, 0});
   const AxisWhole rows = of_rows.value_or(AxisWhole{source.y, source.height, content.height, 0});

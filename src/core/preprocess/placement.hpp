@@ -3,6 +3,7 @@
 #pragma once
 #include "core/preprocess/axis.hpp"
 #include "core/preprocess/preparation.hpp"
+#include "core/preprocess/rotated_part.hpp"
 #include "weir/source_map.hpp"
 
 namespace weir::preprocess {
@@ -13,6 +14,8 @@ struct Placement {
   // For a region: the complete mapping onto the tensor, of which `source` and `content` are the
   // parts within the picture. Their sides are 0 if the centre of no target pixel is in the picture.
   std::optional<AxisWhole> columns = std::nullopt, rows = std::nullopt;
+  // For a rotated region: `content` is where all of it is, and `source` the picture.
+  std::optional<RotatedPart> rotated = std::nullopt;
 };
 
 // Precondition: check(preparation). Parts are whole pixels: letterboxed content is rounded to the

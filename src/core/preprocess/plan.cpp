@@ -13,17 +13,23 @@
 namespace weir::preprocess {
 namespace {
 
+// What is read of a plane.
+struct PlanePart {
+  uint32_t first_row = 0, end_row = 0;
+  size_t first_byte = 0, bytes = 0;  // of each row
+};
+
 // Whether all rows to be read are within the plane's memory.
-bool holds(const Plane& plane, const Grid& grid) {
+bool holds(const Plane& plane, const PlanePart& part) {
   constexpr int64_t kMax = int64_t{1} << 40;
   const int64_t size = static_cast<int64_t>(plane.memory.size());
   if (plane.offset > static_cast<size_t>(kMax) || plane.stride > kMax || plane.stride < -kMax)
     return false;
   const auto begin = [&](uint32_t row) {
-    return static_cast<int64_t>(plane.offset + grid.first_byte) + int64_t{row} * plane.stride;
+    return static_cast<int64_t>(plane.offset + part.first_byte) + int64_t{row} * plane.stride;
   };
-  const auto [low, high] = std::minmax({begin(grid.rows.low()), begin(grid.rows.high() - 1)});
-  return low >= 0 && high + static_cast<int64_t>(grid.bytes) <= size;
+  const auto [low, high] = std::minmax({begin(part.first_row), begin(part.end_row - 1)});
+  return low >= 0 && high + static_cast<int64_t>(part.bytes) <= size;
 }
 
 }  // namespace
@@ -52,15 +58,16 @@ class PlanRun {
     for (const PlaneGrid& plane_grid : t_.plane_grids) {
       const Plane& plane = planes_[plane_grid.plane];
       const Grid& grid = t_.grids[plane_grid.grid];
-      if (!holds(plane, grid))
+      const PlanePart part = part_of(grid);
+      if (!holds(plane, part))
         return Error{.code = Code::FRAME_SIZE,
                      .what = "a picture is shorter than its size requires",
                      .offered = "plane " + std::to_string(plane_grid.plane) + " of " +
                                 std::to_string(plane.memory.size()) + " bytes, offset " +
                                 std::to_string(plane.offset) + ", stride " +
                                 std::to_string(plane.stride),
-                     .needed = "rows up to " + std::to_string(grid.rows.high()) +
-                               ", each up to byte " + std::to_string(grid.first_byte + grid.bytes),
+                     .needed = "rows up to " + std::to_string(part.end_row) + ", each up to byte " +
+                               std::to_string(part.first_byte + part.bytes),
                      .fix = "check the upstream element"};
     }
     return ok();
@@ -70,13 +77,30 @@ class PlanRun {
     const Rect& content = t_.placement.content;
     const bool padded_only = y < content.y || y >= content.y + content.height;
     if (padded_only) return pad(y, 0, p_.width);
-    pad(y, 0, content.x);
-    pad(y, content.x + content.width, p_.width);
-    resize(y - content.y);
-    write(y);
+    std::pair<uint32_t, uint32_t> columns{content.x, content.x + content.width};
+    if (t_.placement.rotated) columns = t_.placement.rotated->columns_inside(y);
+    pad(y, 0, columns.first);
+    pad(y, columns.second, p_.width);
+    if (columns.first == columns.second) return;
+    if (t_.placement.rotated)
+      rotate(y, columns);
+    else
+      resize(y - content.y);
+    write(y, columns.first, columns.second - columns.first);
   }
 
  private:
+  PlanePart part_of(const Grid& grid) const noexcept {
+    if (!t_.placement.rotated)
+      return {grid.rows.low(), grid.rows.high(), grid.first_byte, grid.bytes};
+    const Rect& picture = t_.placement.rotated->picture();
+    const Component& c = grid.sampling;
+    const auto rows = samples_of(picture.y, picture.height, c.halved_rows);
+    const auto columns = samples_of(picture.x, picture.width, c.halved_columns);
+    return {rows.first, rows.second, size_t{columns.first} * c.step,
+            size_t{columns.second - columns.first} * c.step};
+  }
+
   size_t element_bytes() const noexcept { return element_size(p_.type); }
   size_t pixels() const noexcept { return t_.placement.content.width; }
 
@@ -124,6 +148,18 @@ class PlanRun {
     }
   }
 
+  void rotate(uint32_t y, std::pair<uint32_t, uint32_t> columns) noexcept {
+    for (size_t l = 0; l < t_.components.size(); ++l) {
+      const PlaneGrid& at = t_.plane_grids[t_.components[l].plane_grid];
+      const Plane& plane = planes_[at.plane];
+      const ComponentRows in{reinterpret_cast<const uint8_t*>(plane.memory.data()) + plane.offset +
+                                 t_.components[l].offset,
+                             plane.stride, t_.grids[at.grid].sampling, p_.source.cosited_columns,
+                             p_.source.cosited_rows};
+      sample_row(*t_.placement.rotated, in, p_.resize, y, columns, w_.components[l].data());
+    }
+  }
+
   // The row of each sample that the colours are made of.
   std::array<const float*, 3> sources() const noexcept {
     std::array<const float*, 3> rows{};
@@ -134,8 +170,7 @@ class PlanRun {
 
   // Writes floats directly to the tensor; streamed floats and all other types go through
   // w_.components.
-  void write(uint32_t y) noexcept {
-    const uint32_t x = t_.placement.content.x;
+  void write(uint32_t y, uint32_t x, size_t pixels) noexcept {
     const bool together = p_.layout == Layout::Nhwc && p_.channels() == 3;
     const bool streamed = options_.streamed && !together && floats_;
     const bool direct = floats_ && !streamed;
@@ -143,20 +178,20 @@ class PlanRun {
     for (size_t c = 0; c < p_.channels(); ++c)
       to.rows[c] = direct ? reinterpret_cast<float*>(place(c, x, y)) : w_.components[c].data();
     constexpr NumberRule kAsTheyAre[3];
-    finish_row(sources().data(), t_.colors, floats_ ? t_.numbers.data() : kAsTheyAre, to, pixels());
+    finish_row(sources().data(), t_.colors, floats_ ? t_.numbers.data() : kAsTheyAre, to, pixels);
     if (direct) return;
     const void* rows[3] = {};
     for (size_t c = 0; c < p_.channels(); ++c) {
       if (streamed) {
         copy_streamed(place(c, x, y), reinterpret_cast<const std::byte*>(w_.components[c].data()),
-                      pixels() * sizeof(float));
+                      pixels * sizeof(float));
         continue;
       }
       std::byte* const numbers = together ? w_.numbers[c].data() : place(c, x, y);
-      write_numbers(t_.numbers[c], p_.type, w_.components[c].data(), pixels(), numbers);
+      write_numbers(t_.numbers[c], p_.type, w_.components[c].data(), pixels, numbers);
       rows[c] = numbers;
     }
-    if (together) interleave_three(rows, element_bytes(), pixels(), place(0, x, y));
+    if (together) interleave_three(rows, element_bytes(), pixels, place(0, x, y));
   }
   const PlanTables& t_;
   const Preparation& p_;

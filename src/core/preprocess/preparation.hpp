@@ -55,7 +55,8 @@ struct Picture {
 // In pixels of the source picture; may exceed it.
 struct Roi {
   int64_t x = 0, y = 0, width = 0, height = 0;
-  uint64_t row = 0;  // of the results that it comes from, plus 1; 0 = not known
+  uint64_t row = 0;     // of the results that it comes from, plus 1; 0 = not known
+  double rotation = 0;  // clockwise about its centre, in radians
   bool operator==(const Roi&) const = default;
 };
 

@@ -134,6 +134,18 @@ Result<Quantisation> parse_quantisation(std::string_view text) {
   return Quantisation{*scale, static_cast<int32_t>(*zero_point)};
 }
 
+Result<Point> parse_shift(std::string_view text) {
+  constexpr const char* kNeeded = "X:Y, parts of the sides of a box";
+  constexpr const char* kFix = "region-shift=0:-0.5";
+  const auto parts = split(text, ":", 2);
+  const auto x = parse_double(strip(parts[0]));
+  if (!x) return unreadable("region-shift", text, 0, kNeeded, kFix);
+  if (parts.size() < 2) return unreadable("region-shift", text, text.size(), kNeeded, kFix);
+  const auto y = parse_double(strip(parts[1]));
+  if (!y) return unreadable("region-shift", text, position_in(text, parts[1]), kNeeded, kFix);
+  return Point{*x, *y};
+}
+
 Result<std::vector<Size>> parse_sizes(std::string_view text) {
   std::vector<Size> out;
   for (const auto part : split(text, ",")) {

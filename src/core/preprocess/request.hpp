@@ -8,8 +8,10 @@
 #include <vector>
 
 #include "core/card/card.hpp"
+#include "core/preprocess/boxes.hpp"
 #include "core/preprocess/preparation.hpp"
 #include "core/tensor/geometry.hpp"
+#include "weir/source_map.hpp"
 
 namespace weir::preprocess {
 
@@ -23,6 +25,7 @@ struct Request {
   bool regions = false;      // make a batch of parts of the picture (outermost dimension)
   uint32_t max_regions = 0;  // size of a static batch; 0 = flexible
   bool clip_regions = true;  // false: padding fills what is outside the picture
+  RegionShape region_shape;
   std::optional<Fit> fit;
   std::optional<ChannelOrder> order;
   std::optional<std::vector<double>> mean, scale;
@@ -39,6 +42,8 @@ Result<Quantisation> parse_quantisation(std::string_view text);
 Result<std::vector<Size>> parse_sizes(std::string_view text);
 // "X:Y:WIDTH:HEIGHT", in pixels; sides above 0. OPTION_SYNTAX with the position.
 Result<Rect> parse_crop(std::string_view text);
+// "X:Y", parts of the sides of a box. OPTION_SYNTAX with the position.
+Result<Point> parse_shift(std::string_view text);
 // TYPE_SYNTAX if the type is unknown.
 Result<ElementType> parse_type(std::string_view text);
 

@@ -62,6 +62,31 @@ Status check_regions(const PreprocessSettings& s) {
   return ok();
 }
 
+Status read_region_shape(const PreprocessSettings& s, preprocess::Request* request) {
+  preprocess::RegionShape& shape = request->region_shape;
+  shape.scale = double{s.region_scale};
+  shape.is_square = s.square_regions;
+  shape.follows_rotation = s.rotate_regions;
+  if (!s.region_shift.empty()) {
+    const auto shift = preprocess::parse_shift(s.region_shift);
+    if (!shift) return shift.error();
+    shape.shift_x = shift->x, shape.shift_y = shift->y;
+  }
+  if (s.regions == RegionsChoice::None && !(shape == preprocess::RegionShape{}))
+    return Error{.code = Code::OPTION_VALUE,
+                 .what = "the shape of regions without regions has no effect",
+                 .offered = "region-scale, region-shift, square-regions or rotate-regions",
+                 .needed = "regions=meta or regions=pad",
+                 .fix = "tensor_preprocess regions=meta"};
+  if (s.rotate_regions && s.clip_regions)
+    return Error{.code = Code::OPTION_VALUE,
+                 .what = "rotated regions cannot be clipped to the picture",
+                 .offered = "rotate-regions=true clip-regions=true",
+                 .needed = "clip-regions=false",
+                 .fix = "tensor_preprocess regions=pad rotate-regions=true clip-regions=false"};
+  return ok();
+}
+
 // What is set instead of what the model's card says.
 Status read_numbers(const PreprocessSettings& s, preprocess::Request* request) {
   if (!s.mean.empty()) {
@@ -98,6 +123,7 @@ Result<preprocess::Request> make_request(const PreprocessSettings& s) {
   request.max_regions = s.max_regions;
   if (auto status = check_regions(s); !status) return status.error();
   request.clip_regions = s.clip_regions;
+  if (auto status = read_region_shape(s, &request); !status) return status.error();
   request.resize = s.method;
   request.padding = s.padding_value;
   request.fit = chosen<preprocess::Fit>(s.fit);

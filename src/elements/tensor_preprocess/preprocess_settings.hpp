@@ -93,6 +93,10 @@ struct PreprocessSettings {
   RegionsChoice regions = RegionsChoice::None;
   uint32_t max_regions = 0;
   bool clip_regions = true;
+  float region_scale = 1;
+  std::string region_shift;
+  bool square_regions = false;
+  bool rotate_regions = false;
   uint32_t threads = 1;
 };
 
@@ -115,6 +119,18 @@ inline constexpr std::tuple kPreprocessProperties{
     gst::Property{"clip-regions", &PreprocessSettings::clip_regions,
                   "With regions: clip regions at the edge of the picture; false = keep their "
                   "proportions and fill the outside with padding-value"},
+    gst::Property{"region-scale", &PreprocessSettings::region_scale,
+                  "With regions: the sides of each region are those of its box times this number, "
+                  "about the same centre",
+                  gst::Changeable::InReady, 0.01f, 100.0f},
+    gst::Property{"region-shift", &PreprocessSettings::region_shift,
+                  "With regions: X:Y, by how many of its own sides each box is moved to the right "
+                  "and down, along the sides of a rotated box"},
+    gst::Property{"square-regions", &PreprocessSettings::square_regions,
+                  "With regions: the longer side of the box counts for both"},
+    gst::Property{"rotate-regions", &PreprocessSettings::rotate_regions,
+                  "With regions=pad: regions are rotated as the boxes of results are, so that they "
+                  "are upright in the tensor; needs clip-regions=false"},
     gst::Property{"max-wait", &PreprocessSettings::max_wait,
                   "With regions=pad: maximum time in nanoseconds that a picture waits for its "
                   "boxes; pictures without boxes in time are dropped",

@@ -77,7 +77,8 @@ void RegionPreprocessor::find_regions(GstBuffer* in, const Rect& picture) {
     while (const GstMeta* meta = gst_buffer_iterate_meta_filtered(
                in, &state, GST_VIDEO_REGION_OF_INTEREST_META_API_TYPE)) {
       const auto* region = reinterpret_cast<const GstVideoRegionOfInterestMeta*>(meta);
-      add({region->x, region->y, region->w, region->h, ++row});
+      add(preprocess::make_region(
+          preprocess::Roi{region->x, region->y, region->w, region->h, ++row}, options_.shape));
     }
   }
   counts_.prepared = regions_.size();

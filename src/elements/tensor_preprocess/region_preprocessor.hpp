@@ -6,6 +6,7 @@
 
 #include <memory>
 
+#include "core/preprocess/boxes.hpp"
 #include "core/preprocess/runner.hpp"
 #include "core/tensor/geometry.hpp"
 #include "elements/tensor_preprocess/batch_pool.hpp"
@@ -22,12 +23,13 @@ inline constexpr uint64_t kRegionBytesLimit = uint64_t{1} << 30;
 struct RegionOptions {
   uint32_t max = 0;  // of a static tensor, zeros after the last; 0 = a flexible tensor
   bool clip = true;  // otherwise padding fills the area outside the picture
+  preprocess::RegionShape shape = {};
 };
 
-// Uses the boxes of set_boxes(), or else each GstVideoRegionOfInterestMeta, in order. Each is
-// clipped to the picture (or to the crop, in pixels of the picture in memory) or padded outside of
-// it, and resized to one index of the outermost dimension. Empty regions and those beyond the limit
-// are counted.
+// Uses the boxes of set_boxes(), which have their shape, or else each GstVideoRegionOfInterestMeta,
+// in order. Each is clipped to the picture (or to the crop, in pixels of the picture in memory) or
+// padded outside of it, and resized to one index of the outermost dimension. Empty regions and
+// those beyond the limit are counted.
 class RegionPreprocessor : public PictureWork {
  public:
   // Errors: make_picture(), PreprocessPlan::make(), FramePool::make().

@@ -5,7 +5,8 @@
 
 namespace weir {
 
-void RegionsPad::start() {
+void RegionsPad::start(const preprocess::RegionShape& shape) {
+  shape_ = shape;
   queue_.clear();
   queue_.flush(false);
 }
@@ -39,14 +40,14 @@ Status RegionsPad::accept(const FrameSpec& spec) {
 Status RegionsPad::push(GstBuffer*, const std::vector<gst::TensorPlace>& tensors, int64_t time) {
   std::vector<preprocess::Roi> boxes;
   if (results_) {
-    if (auto status = results_->read(tensors, &boxes); !status) return status;
+    if (auto status = results_->read(tensors, &boxes, shape_); !status) return status;
     queue_.push(time, std::move(boxes));
     return ok();
   }
   if (tensors.size() > 1) return preprocess::check_boxes(TensorSpec{});
   if (!tensors.empty()) {
     if (auto status = preprocess::check_boxes(tensors[0].spec); !status) return status;
-    preprocess::read_boxes(tensors[0].spec, tensors[0].payload, &boxes);
+    preprocess::read_boxes(tensors[0].spec, tensors[0].payload, &boxes, shape_);
   }
   queue_.push(time, std::move(boxes));
   return ok();

@@ -1,6 +1,7 @@
 // Regions from boxes on a second pad.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <cstring>
+#include <numbers>
 #include <thread>
 
 #include "core/tensor/tensor_header.hpp"
@@ -211,6 +212,51 @@ TEST(RegionsPad, TakesTheBoxesOfResultsWithTheNumbersOfTheirRows) {
   ASSERT_EQ(maps.size(), 2u);
   EXPECT_EQ(maps[0].row, 1u);
   EXPECT_EQ(maps[1].row, 3u) << "the second row is background";
+}
+
+// The box 1,1 to 3,2 turned clockwise by a quarter: the left edge of the tensor is its upper edge.
+TEST(RegionsPad, RotatesAndEnlargesTheBoxesOfResults) {
+  const std::string columns = results_caps("x1,y1,x2,y2,score,rotation", "6:1");
+  const auto quarter = static_cast<float>(std::numbers::pi / 2);
+  auto b =
+      both("max-regions=1 clip-regions=false rotate-regions=true padding-value=9", columns.c_str());
+  ASSERT_EQ(gst_harness_push(b.regions.get(), boxes<float>({1, 1, 3, 2, 1, quarter}, 0)),
+            GST_FLOW_OK);
+  ASSERT_EQ(gst_harness_push(b.pictures.get(), timed(frame(ramp(12)), 0)), GST_FLOW_OK);
+  auto out = Ref<GstBuffer>::adopt(gst_harness_try_pull(b.pictures.get()));
+  ASSERT_TRUE(out);
+  // The means of 1, 2, 5, 6 and of 5, 6, 9, 10.
+  EXPECT_EQ(values<uint8_t>(out.get()), (Bytes{4, 8}));
+  const auto maps = gst::source_maps(out.get());
+  ASSERT_EQ(maps.size(), 1u);
+  EXPECT_EQ(maps[0].row, 1u);
+  EXPECT_NEAR(maps[0].to_source({0, 0}).x, 2.5, 1e-6);
+  EXPECT_NEAR(maps[0].to_source({0, 0}).y, 0.5, 1e-6);
+  EXPECT_NEAR(maps[0].to_source({2, 1}).x, 1.5, 1e-6);
+  EXPECT_NEAR(maps[0].to_source({2, 1}).y, 2.5, 1e-6);
+  auto large = both(
+      "max-regions=1 clip-regions=false square-regions=true region-scale=2 "
+      "region-shift=0.5:-1",
+      columns.c_str());
+  ASSERT_EQ(gst_harness_push(large.regions.get(), boxes<float>({1, 1, 3, 2, 1, 0}, 0)),
+            GST_FLOW_OK);
+  ASSERT_EQ(gst_harness_push(large.pictures.get(), timed(frame(ramp(12)), 0)), GST_FLOW_OK);
+  out = Ref<GstBuffer>::adopt(gst_harness_try_pull(large.pictures.get()));
+  ASSERT_TRUE(out);
+  // The centre 2, 1.5 moves to 3, 0.5; the sides are 4.
+  const SourceMap map = gst::source_maps(out.get())[0];
+  EXPECT_DOUBLE_EQ(map.to_source({0, 0}).x, 1);
+  EXPECT_DOUBLE_EQ(map.to_source({2, 1}).x, 5);
+}
+
+TEST(RegionsPad, RejectsShapesThatHaveNoEffectOrMeaning) {
+  EXPECT_SAYS(error_of_start("regions=meta rotate-regions=true"),
+              "rotated regions cannot be clipped to the picture");
+  EXPECT_SAYS(error_of_start("regions=meta rotate-regions=true"),
+              "regions=pad rotate-regions=true clip-regions=false");
+  EXPECT_SAYS(error_of_start("region-scale=2"), "the shape of regions without regions");
+  EXPECT_SAYS(error_of_start("regions=meta region-shift=1"), "X:Y, parts of the sides of a box");
+  EXPECT_SAYS(error_of_start("regions=meta region-shift=1:b"), "region-shift");
 }
 
 TEST(RegionsPad, OfResultsWithoutObjectsMakesAGap) {

@@ -91,7 +91,10 @@ class TensorPreprocess : public gst::CountedTransform<TensorPreprocess> {
 
   // A picture that waits for boxes must not block the deactivation of the pads.
   GstStateChangeReturn change_state(GstStateChange change) {
-    if (change == GST_STATE_CHANGE_READY_TO_PAUSED) boxes_.start();
+    if (change == GST_STATE_CHANGE_READY_TO_PAUSED) {
+      const auto request = current();  // start() reports its error
+      boxes_.start(request ? request->region_shape : preprocess::RegionShape{});
+    }
     if (change == GST_STATE_CHANGE_PAUSED_TO_READY) boxes_.stop();
     const auto result = GST_ELEMENT_CLASS(parent_class())->change_state(element(), change);
     if (change == GST_STATE_CHANGE_PAUSED_TO_READY) boxes_.forget_stream();
@@ -329,8 +332,10 @@ class TensorPreprocess : public gst::CountedTransform<TensorPreprocess> {
     wait_for_boxes_.reset();
     if (s.regions == RegionsChoice::Pad) wait_for_boxes_ = s.max_wait;
     if (request.regions) {
-      auto regions = RegionPreprocessor::make(std::move(preparations[0]), video,
-                                              {request.max_regions, request.clip_regions}, threads);
+      auto regions = RegionPreprocessor::make(
+          std::move(preparations[0]), video,
+          {.max = request.max_regions, .clip = request.clip_regions, .shape = request.region_shape},
+          threads);
       if (!regions) return regions.error();
       work_ = *std::move(regions);
       return ok();
