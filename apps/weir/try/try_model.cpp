@@ -188,8 +188,9 @@ Result<std::string> kept_labels(const std::vector<std::string>& names, const std
 // The names that tensor_decoder finds without the property labels.
 std::vector<std::string> found_labels(const decoders::StreamModel& model, const std::string& path) {
   if (const auto& names = model.labels(); !names.empty()) return names;
-  return card::labels_by_name(
-      path, [&path] { return gst::known_sha256(path); }, card::card_folders());
+  const auto any = [](const card::ImageInput&) { return true; };
+  return card::find_labels(
+      path, any, [&path] { return gst::known_sha256(path); }, card::card_folders());
 }
 
 struct ModelLabels {

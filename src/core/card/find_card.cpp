@@ -145,15 +145,18 @@ Result<Card> find(const Search& search) {
                .fix = "fill in this card:\n" + card_to_fill_in(search)};
 }
 
-std::vector<std::string> labels_by_name(const std::string& model,
-                                        const std::function<std::string()>& sha256,
-                                        const std::vector<std::string>& folders) {
+std::vector<std::string> find_labels(const std::string& model,
+                                     const std::function<bool(const ImageInput&)>& has_input,
+                                     const std::function<std::string()>& sha256,
+                                     const std::vector<std::string>& folders) {
   std::vector<std::string> paths{fs::path(model).replace_extension(".card.json").string()};
   for (const auto& folder : folders)
     for (auto& path : cards_in(folder)) paths.push_back(std::move(path));
   for (const auto& path : paths) {
     const auto card = read(path);
-    if (!card || card->model != fs::path(model).filename() || card->sha256 != sha256()) continue;
+    const bool may_be = card && (card->model == fs::path(model).filename() ||
+                                 std::any_of(card->inputs.begin(), card->inputs.end(), has_input));
+    if (!may_be || card->sha256 != sha256()) continue;
     const auto labels = read_labels(*card, model, folders);
     return labels ? *labels : std::vector<std::string>();
   }

@@ -33,12 +33,14 @@ struct Search {
 // describes another file; CARD_MISSING, with a template to fill in, if there is no card.
 Result<Card> find(const Search& search);
 
-// The labels of a model by its card: NAME.card.json next to NAME.onnx, or a card in `folders` that
-// has the file's name and digest. `sha256` is called only for cards with that name. Empty if there
-// is no such card, or one without labels.
-std::vector<std::string> labels_by_name(const std::string& model,
-                                        const std::function<std::string()>& sha256,
-                                        const std::vector<std::string>& folders);
+// The labels of a model by its card: NAME.card.json next to NAME.onnx, or a card in `folders`, with
+// the file's digest. `sha256` is called only for cards with the file's name or a model input for
+// which `has_input` is true: the file may have been copied to another name. Empty if there is no
+// such card, or one without labels.
+std::vector<std::string> find_labels(const std::string& model,
+                                     const std::function<bool(const ImageInput&)>& has_input,
+                                     const std::function<std::string()>& sha256,
+                                     const std::vector<std::string>& folders);
 
 // WEIR_CARD_PATH (separated by colons), then the folder chosen when Weir was built.
 std::vector<std::string> card_folders();

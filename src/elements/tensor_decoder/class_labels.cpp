@@ -1,12 +1,25 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "elements/tensor_decoder/class_labels.hpp"
 
+#include <algorithm>
 #include <utility>
 
 #include "core/card/find_card.hpp"
 #include "gstcpp/element/file_digest.hpp"
 
 namespace weir {
+namespace {
+
+// Whether the model has an input of this type and shape, which may be open.
+bool has_input(const DescribedModel& model, const card::ImageInput& input) {
+  const auto fits = [](int64_t own, int64_t given) { return own < 0 || own == given; };
+  return std::any_of(model.inputs.begin(), model.inputs.end(), [&](const ModelTensor& own) {
+    return own.type == input.type && std::equal(own.shape.begin(), own.shape.end(),
+                                                input.shape.begin(), input.shape.end(), fits);
+  });
+}
+
+}  // namespace
 
 void ClassLabels::clear() {
   received_.clear();
@@ -51,8 +64,9 @@ void ClassLabels::add_card_labels(DescribedModel* model) {
   if (model->path.empty()) return;
   if (card_of_ != model->path) {
     card_of_ = model->path;
-    card_labels_ = card::labels_by_name(
-        model->path, [&] { return gst::known_sha256(model->path); }, card::card_folders());
+    card_labels_ = card::find_labels(
+        model->path, [&](const card::ImageInput& input) { return has_input(*model, input); },
+        [&] { return gst::known_sha256(model->path); }, card::card_folders());
   }
   model->card_labels = card_labels_;
 }

@@ -230,6 +230,20 @@ TEST_F(ResultCards, NameTheClassesDownstream) {
   EXPECT_EQ(decoded_rows(h, frame(yolo(kTwo))), kBoth);
 }
 
+TEST_F(ResultCards, NameTheClassesOfACopyWithAnotherName) {
+  std::filesystem::create_directories(folder_ + "/copies");
+  model_.path = folder_ + "/copies/mine.onnx";
+  std::filesystem::copy_file(folder_ + "/shapes.onnx", model_.path);
+  const char* const before = g_getenv("WEIR_CARD_PATH");
+  const std::string kept = before ? before : "";
+  g_setenv("WEIR_CARD_PATH", folder_.c_str(), TRUE);
+  const auto h = make_harness("tensor_decoder mode=detection");
+  begin(h, kYoloCaps, &model_);
+  before ? static_cast<void>(g_setenv("WEIR_CARD_PATH", kept.c_str(), TRUE))
+         : g_unsetenv("WEIR_CARD_PATH");
+  EXPECT_EQ(sent_labels(h), (LabelsOfSource{"mine", kThree}));
+}
+
 TEST_F(ResultCards, OfAnotherFileNameNothing) {
   write_card(std::string(64, '0'));
   const auto h = make_harness("tensor_decoder mode=detection");
