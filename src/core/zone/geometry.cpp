@@ -81,6 +81,16 @@ Point reference_point(const Box& box, float rotation, Reference reference) noexc
   return {x - half * std::sin(double{rotation}), y + half * std::cos(double{rotation})};
 }
 
+Point move_into(Size picture, const Box& box, Point at) noexcept {
+  const auto width = static_cast<float>(picture.width), height = static_cast<float>(picture.height);
+  if (!(common_part(box, {0, 0, width, height}).area() > 0)) return at;
+  // Areas exclude their right and lower edges, which are those of the picture.
+  const auto inside = [](double value, double side) {
+    return std::clamp(value, 0.0, std::nextafter(side, 0.0));
+  };
+  return {inside(at.x, width), inside(at.y, height)};
+}
+
 bool contains(std::span<const Point> polygon, Point at) noexcept {
   bool inside = false;
   for (size_t i = 0; i < polygon.size(); ++i) {

@@ -5,6 +5,7 @@
 #include <optional>
 #include <span>
 
+#include "core/tensor/geometry.hpp"
 #include "weir/detection.hpp"
 #include "weir/source_map.hpp"
 
@@ -17,6 +18,10 @@ inline constexpr size_t kReferences = 3;
 // Bottom and Top are the middle of that edge. `rotation` turns the box about its centre, clockwise,
 // in radians.
 Point reference_point(const Box& box, float rotation, Reference reference) noexcept;
+
+// The point within a picture of this size that is nearest to `at`, if a part of the box is in the
+// picture; otherwise `at`. Detectors extend boxes beyond the picture, where no zone can be.
+Point move_into(Size picture, const Box& box, Point at) noexcept;
 
 // Whether a polygon contains the point, by the even-odd rule: where a polygon overlaps itself, a
 // part that is covered twice is outside. Of upright edges, the left and the upper ones are inside,

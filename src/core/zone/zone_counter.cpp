@@ -159,7 +159,9 @@ void ZoneCounter::forget_tracks() {
 
 void ZoneCounter::reset() {
   const auto zones = zones_;
+  const Size picture = picture_;
   *this = ZoneCounter(settings_);
+  picture_ = picture;
   set_zones(zones);
 }
 
@@ -188,6 +190,11 @@ ZoneCounter::Track* ZoneCounter::find_track(const Sighting& sighting, bool* is_n
   return nullptr;
 }
 
+Point ZoneCounter::find_point(const Sighting& sighting, Reference reference) const noexcept {
+  const Point at = reference_point(sighting.box, sighting.rotation, reference);
+  return picture_.width > 0 && picture_.height > 0 ? move_into(picture_, sighting.box, at) : at;
+}
+
 void ZoneCounter::see(const Sighting& sighting) {
   speed_ = {};
   bool is_new = false;
@@ -195,10 +202,11 @@ void ZoneCounter::see(const Sighting& sighting) {
   if (!track) return see_without_track(sighting);
   const ReferencePoints from = track->at;
   for (size_t i = 0; i < kReferences; ++i)
-    track->at[i] = reference_point(sighting.box, sighting.rotation, static_cast<Reference>(i));
+    track->at[i] = find_point(sighting, static_cast<Reference>(i));
   track->frame = frame_;
   track->time = now_;
-  speed_ = compute_speed(track, track->at[to_index(Reference::Bottom)]);
+  speed_ =
+      compute_speed(track, reference_point(sighting.box, sighting.rotation, Reference::Bottom));
   for (uint32_t i = 0; i < bounds_.size(); ++i) {
     const Zone& zone = zones_->zones[i];
     if (zone.kind == Kind::Area)
@@ -257,7 +265,7 @@ void ZoneCounter::count_crossing(uint32_t zone, bool is_forward, const Sighting&
 void ZoneCounter::see_without_track(const Sighting& sighting) {
   for (uint32_t i = 0; i < bounds_.size(); ++i) {
     const Zone& zone = zones_->zones[i];
-    const Point at = reference_point(sighting.box, sighting.rotation, zone.reference);
+    const Point at = find_point(sighting, zone.reference);
     if (zone.kind != Kind::Area || !contains(zone.points, at)) continue;
     count(i, sighting.class_index, [this](Counts* counts) {
       ++counts->without_track;

@@ -94,6 +94,9 @@ class ZoneCounter {
   void set_zones(std::shared_ptr<const ZoneSet> zones);
   const std::shared_ptr<const ZoneSet>& zones() const noexcept { return zones_; }
 
+  // The size of the source picture: points of boxes that extend beyond it count at its edge. 0 x 0,
+  // before the first call too: not known.
+  void set_picture(Size picture) noexcept { picture_ = picture; }
   // A frame; `time` in nanoseconds. A time that is equal to the last one or kNoTime adds nothing
   // to dwell times and speeds; one before the last one ends all stays first.
   void update(int64_t time, std::span<const Sighting> sightings);
@@ -149,6 +152,7 @@ class ZoneCounter {
 
   static bool is_before(const Stay& stay, uint32_t zone) noexcept { return stay.zone < zone; }
   static bool is_staying(const Track& track, uint32_t zone) noexcept;
+  Point find_point(const Sighting& sighting, Reference reference) const noexcept;
   void begin_frame();
   void clear_frame_counts();
   void forget_old_tracks();
@@ -167,6 +171,7 @@ class ZoneCounter {
   void add_speed(uint32_t zone, int32_t class_index, const Speed& speed);
 
   CounterSettings settings_;
+  Size picture_{};
   std::shared_ptr<const ZoneSet> zones_ = std::make_shared<const ZoneSet>();
   std::vector<Bounds> bounds_;  // of each zone
   std::vector<ZoneCounts> counts_;

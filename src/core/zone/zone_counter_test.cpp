@@ -289,5 +289,18 @@ TEST_F(ZoneCounterTest, ClassesBeyondTheLimitAreInTheTotal) {
   expect_balance();
 }
 
+// Detectors extend the boxes of objects that the edge of the picture cuts.
+TEST_F(ZoneCounterTest, PointsBeyondThePictureAreAtItsEdge) {
+  use({area("left", 0, 0, 50, 100), line("middle", {50, 0}, {50, 100})});
+  EXPECT_EQ(frame(0, {at(20, 103, 1)}), Texts{}) << "without a size the point is below the area";
+  counter.set_picture({100, 100});
+  EXPECT_EQ(frame(0.1, {at(22, 104, 1)}), Texts{"enter left 1"});
+  EXPECT_EQ(frame(0.2, {at(24, 99, 1)}), Texts{});
+  EXPECT_EQ(frame(0.3, {at(52, 108, 1)}), (Texts{"leave left 1", "backward middle 1"}));
+  EXPECT_EQ(frame(0.4, {at(-3, 50, 2)}), Texts{"enter left 2"}) << "a part of it is seen";
+  EXPECT_EQ(frame(0.5, {at(-8, 50, 2)}), Texts{"leave left 2"}) << "nothing of it is seen";
+  expect_balance();
+}
+
 }  // namespace zone_counter_test
 }  // namespace weir::zone

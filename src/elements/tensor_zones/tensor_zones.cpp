@@ -299,6 +299,8 @@ class TensorZones : public gst::CountedTransform<TensorZones> {
     if (auto status = zoned_->read(tensors, &sightings_); !status) return status;
     const GstClockTime time = gst::running_time(self()->segment, GST_BUFFER_PTS(in));
     warn_once(time);
+    const auto maps = gst::source_maps(in);
+    if (!maps.empty()) counter_.set_picture({maps[0].source_width, maps[0].source_height});
     counter_.update(GST_CLOCK_TIME_IS_VALID(time) ? static_cast<int64_t>(time) : zone::kNoTime,
                     sightings_);
     post_events(time);
