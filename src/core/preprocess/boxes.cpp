@@ -141,6 +141,23 @@ void read_result_boxes(const weir_result_columns& columns, std::span<const std::
   }
 }
 
+std::vector<Roi> scaled_to(Size picture, const PictureRegions& regions) {
+  const Size from = regions.picture;
+  const bool are_known = from.width > 0 && from.height > 0 && picture.width > 0;
+  if (!are_known || from == picture) return regions.boxes;
+  const double scale_x = static_cast<double>(picture.width) / from.width;
+  const double scale_y = static_cast<double>(picture.height) / from.height;
+  std::vector<Roi> out;
+  for (const Roi& box : regions.boxes) {
+    const double x = static_cast<double>(box.x) * scale_x, y = static_cast<double>(box.y) * scale_y;
+    out.push_back(make_box(x, y, x + static_cast<double>(box.width) * scale_x,
+                           y + static_cast<double>(box.height) * scale_y));
+    out.back().row = box.row;
+    out.back().rotation = box.rotation;
+  }
+  return out;
+}
+
 Rect common_part(const Rect& whole, const Roi& box) noexcept {
   const auto [x, width] = common(whole.x, whole.width, box.x, box.width);
   const auto [y, height] = common(whole.y, whole.height, box.y, box.height);

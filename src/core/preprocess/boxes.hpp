@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/preprocess/preparation.hpp"
+#include "core/tensor/geometry.hpp"
 #include "weir/detection.hpp"
 #include "weir/results.h"
 
@@ -42,6 +43,14 @@ Status check_result_rows(const TensorSpec& spec, const weir_result_columns& colu
 // except background. Rows without a box give none.
 void read_result_boxes(const weir_result_columns& columns, std::span<const std::byte> bytes,
                        uint64_t first_row, std::vector<Roi>* out, const RegionShape& shape = {});
+
+// Regions in pixels of a picture of this size; 0 x 0: not known.
+struct PictureRegions {
+  std::vector<Roi> boxes;
+  Size picture;
+};
+// The regions in pixels of the same picture in another size.
+std::vector<Roi> scaled_to(Size picture, const PictureRegions& regions);
 
 // The intersection of the box with `whole`; sides of 0 if there is none.
 Rect common_part(const Rect& whole, const Roi& box) noexcept;

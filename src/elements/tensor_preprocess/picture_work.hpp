@@ -30,7 +30,7 @@ class PictureWork {
   // Sets the part of the following pictures that is used; nullopt = the whole picture.
   void set_crop(const std::optional<Rect>& crop) { crop_ = crop; }
   // Sets the boxes of the next picture, replacing those of its metadata.
-  virtual void set_boxes(std::vector<preprocess::Roi>) {}
+  virtual void set_boxes(preprocess::PictureRegions) {}
   // Returns a buffer for the output of run(); without memory if `in` has no output. OUT_OF_MEMORY,
   // LIMIT_EXCEEDED, or the error of an invalid `in`.
   virtual Result<gst::Ref<GstBuffer>> acquire(GstBuffer* in, const BufferLimit& limit) = 0;

@@ -50,7 +50,7 @@ Status RegionPreprocessor::adapt(const CroppedPicture& size) {
   return size.crop ? check_crop(whole_.preparation().source, *size.crop) : ok();
 }
 
-void RegionPreprocessor::find_regions(GstBuffer* in, const Rect& picture) {
+void RegionPreprocessor::find_regions(GstBuffer* in, Size memory, const Rect& picture) {
   const uint64_t fitting = std::max<uint64_t>(kRegionBytesLimit / region_bytes(), 1);
   const uint64_t max = options_.max > 0 ? options_.max : std::min<uint64_t>(fitting, kRegionLimit);
   picture_ = picture;
@@ -70,7 +70,7 @@ void RegionPreprocessor::find_regions(GstBuffer* in, const Rect& picture) {
       regions_.push_back(box);
   };
   if (boxes_) {
-    for (const preprocess::Roi& box : *boxes_) add(box);
+    for (const preprocess::Roi& box : preprocess::scaled_to(memory, *boxes_)) add(box);
   } else {
     gpointer state = nullptr;
     uint64_t row = 0;  // as tensor_from_roi counts them
@@ -99,7 +99,8 @@ Result<gst::Ref<GstBuffer>> RegionPreprocessor::acquire(GstBuffer* in, const Buf
   CroppedPicture size = size_of_picture(video_, in);
   if (auto status = narrow(&size, crop_); !status) return status.error();
   if (auto status = adapt(size); !status) return status.error();
-  find_regions(in, size.crop.value_or(Rect{0, 0, size.width, size.height}));
+  find_regions(in, {size.width, size.height},
+               size.crop.value_or(Rect{0, 0, size.width, size.height}));
   if (regions_.empty()) return gst::Ref<GstBuffer>::adopt(gst_buffer_new());
   return pool_.acquire(regions_.size(), limit);
 }

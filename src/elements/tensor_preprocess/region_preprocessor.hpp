@@ -41,7 +41,7 @@ class RegionPreprocessor : public PictureWork {
   Status allocate_as(const gst::Allocation& allocation) override {
     return pool_.allocate_as(allocation);
   }
-  void set_boxes(std::vector<preprocess::Roi> boxes) override { boxes_ = std::move(boxes); }
+  void set_boxes(preprocess::PictureRegions boxes) override { boxes_ = std::move(boxes); }
   Result<gst::Ref<GstBuffer>> acquire(GstBuffer* in, const BufferLimit& limit) override;
   Status run(GstBuffer* in, GstBuffer* out) override;
   std::vector<SourceMap> source_maps() const override;
@@ -53,14 +53,14 @@ class RegionPreprocessor : public PictureWork {
   RegionPreprocessor(const GstVideoInfo& video, preprocess::PreprocessPlan whole,
                      const RegionOptions& options, BatchPool pool, size_t threads);
   Status adapt(const CroppedPicture& size);
-  void find_regions(GstBuffer* in, const Rect& picture);
+  void find_regions(GstBuffer* in, Size memory, const Rect& picture);
   Status make_plans();
   size_t region_bytes() const noexcept { return *whole_.preparation().tensor().bytes(); }
 
   GstVideoInfo video_;
   preprocess::PreprocessPlan whole_;  // without a crop
   RegionOptions options_;
-  std::optional<std::vector<preprocess::Roi>> boxes_;
+  std::optional<preprocess::PictureRegions> boxes_;
   BatchPool pool_;
   preprocess::Runner runner_;
   RegionCounts counts_;

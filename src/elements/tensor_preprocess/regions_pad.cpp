@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "gstcpp/buffer/tensor_meta.hpp"
+
 namespace weir {
 
 void RegionsPad::start(const preprocess::RegionShape& shape) {
@@ -37,11 +39,14 @@ Status RegionsPad::accept(const FrameSpec& spec) {
 
 // A frame without tensors has no boxes. Boxes without a time match no picture; before the first
 // picture they count as unused.
-Status RegionsPad::push(GstBuffer*, const std::vector<gst::TensorPlace>& tensors, int64_t time) {
+Status RegionsPad::push(GstBuffer* buffer, const std::vector<gst::TensorPlace>& tensors,
+                        int64_t time) {
   std::vector<preprocess::Roi> boxes;
   if (results_) {
     if (auto status = results_->read(tensors, &boxes, shape_); !status) return status;
-    queue_.push(time, std::move(boxes));
+    const auto maps = gst::source_maps(buffer);
+    const Size picture = maps.empty() ? Size{} : Size{maps[0].source_width, maps[0].source_height};
+    queue_.push(time, {std::move(boxes), picture});
     return ok();
   }
   if (tensors.size() > 1) return preprocess::check_boxes(TensorSpec{});
@@ -49,12 +54,12 @@ Status RegionsPad::push(GstBuffer*, const std::vector<gst::TensorPlace>& tensors
     if (auto status = preprocess::check_boxes(tensors[0].spec); !status) return status;
     preprocess::read_boxes(tensors[0].spec, tensors[0].payload, &boxes, shape_);
   }
-  queue_.push(time, std::move(boxes));
+  queue_.push(time, {std::move(boxes), {}});
   return ok();
 }
 
 sync::TimedOutcome RegionsPad::take(GstClockTime time, GstClockTime max,
-                                    std::vector<preprocess::Roi>* out) {
+                                    preprocess::PictureRegions* out) {
   constexpr GstClockTime kMax = GstClockTime{24} * 3600 * GST_SECOND;
   const std::chrono::nanoseconds wait(std::min(max, kMax));
   return queue_.take(static_cast<int64_t>(time), wait, out);

@@ -21,7 +21,7 @@ class RegionsPad final : public gst::TimedTensors {
   void stop() { queue_.flush(true); }
 
   // Streaming thread of the pictures; `time` is a running time.
-  sync::TimedOutcome take(GstClockTime time, GstClockTime max, std::vector<preprocess::Roi>* out);
+  sync::TimedOutcome take(GstClockTime time, GstClockTime max, preprocess::PictureRegions* out);
   void flush_pictures(bool on) { queue_.flush(on); }
   uint64_t unused() const { return queue_.unused(); }
 
@@ -34,7 +34,7 @@ class RegionsPad final : public gst::TimedTensors {
 
   preprocess::RegionShape shape_;            // set while nothing streams
   std::optional<gst::ResultBoxes> results_;  // none: plain boxes
-  sync::TimedQueue<std::vector<preprocess::Roi>> queue_;
+  sync::TimedQueue<preprocess::PictureRegions> queue_;
 };
 
 }  // namespace weir

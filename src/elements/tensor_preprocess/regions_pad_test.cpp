@@ -214,6 +214,15 @@ TEST(RegionsPad, TakesTheBoxesOfResultsWithTheNumbersOfTheirRows) {
   EXPECT_EQ(maps[1].row, 3u) << "the second row is background";
 }
 
+TEST(RegionsPad, ScalesTheBoxesOfResultsFromAPictureOfAnotherSize) {
+  auto b = both("max-regions=1", results_caps("x1,y1,x2,y2,score", "5:1").c_str());
+  GstBuffer* in = boxes<float>({100, 200, 300, 400, 1}, 0);
+  gst::set_source_maps(in, {picture_as_it_is(400, 600, true)});
+  ASSERT_EQ(gst_harness_push(b.regions.get(), in), GST_FLOW_OK);
+  ASSERT_EQ(gst_harness_push(b.pictures.get(), timed(frame(ramp(12)), 0)), GST_FLOW_OK);
+  EXPECT_EQ(pulled(b.pictures), (Bytes{5, 6})) << "the picture is 4 x 3";
+}
+
 // The box 1,1 to 3,2 turned clockwise by a quarter: the left edge of the tensor is its upper edge.
 TEST(RegionsPad, RotatesAndEnlargesTheBoxesOfResults) {
   const std::string columns = results_caps("x1,y1,x2,y2,score,rotation", "6:1");

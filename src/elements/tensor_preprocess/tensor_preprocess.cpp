@@ -272,7 +272,7 @@ class TensorPreprocess : public gst::CountedTransform<TensorPreprocess> {
 
   // False: the stream is flushing. A frame without boxes in time has none.
   bool take_boxes(GstBuffer* in) {
-    std::vector<preprocess::Roi> boxes;
+    preprocess::PictureRegions boxes;
     const GstClockTime time = gst::running_time(self()->segment, GST_BUFFER_PTS(in));
     if (GST_CLOCK_TIME_IS_VALID(time)) {
       using Outcome = sync::TimedOutcome;
