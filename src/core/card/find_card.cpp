@@ -16,6 +16,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
+constexpr uintmax_t kMaxCopyBytes = uintmax_t{64} << 20;
 constexpr uintmax_t kMaxLabelBytes = uintmax_t{16} << 20;
 
 std::vector<std::string> cards_in(const std::string& folder) {
@@ -149,13 +150,16 @@ std::vector<std::string> find_labels(const std::string& model,
                                      const std::function<bool(const ImageInput&)>& has_input,
                                      const std::function<std::string()>& sha256,
                                      const std::vector<std::string>& folders) {
+  std::error_code ignored;
+  const bool is_small = fs::file_size(model, ignored) <= kMaxCopyBytes;
   std::vector<std::string> paths{fs::path(model).replace_extension(".card.json").string()};
   for (const auto& folder : folders)
     for (auto& path : cards_in(folder)) paths.push_back(std::move(path));
   for (const auto& path : paths) {
     const auto card = read(path);
-    const bool may_be = card && (card->model == fs::path(model).filename() ||
-                                 std::any_of(card->inputs.begin(), card->inputs.end(), has_input));
+    const bool may_be =
+        card && (card->model == fs::path(model).filename() ||
+                 (is_small && std::any_of(card->inputs.begin(), card->inputs.end(), has_input)));
     if (!may_be || card->sha256 != sha256()) continue;
     const auto labels = read_labels(*card, model, folders);
     return labels ? *labels : std::vector<std::string>();

@@ -35,8 +35,8 @@ Result<Card> find(const Search& search);
 
 // The labels of a model by its card: NAME.card.json next to NAME.onnx, or a card in `folders`, with
 // the file's digest. `sha256` is called only for cards with the file's name or a model input for
-// which `has_input` is true: the file may have been copied to another name. Empty if there is no
-// such card, or one without labels.
+// which `has_input` is true: a file of at most 64 MiB may have been copied to another name. Empty
+// if there is no such card, or one without labels.
 std::vector<std::string> find_labels(const std::string& model,
                                      const std::function<bool(const ImageInput&)>& has_input,
                                      const std::function<std::string()>& sha256,

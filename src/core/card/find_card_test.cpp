@@ -186,5 +186,26 @@ TEST_F(FindCard, ReadsTheLabelsOfTensorflowLiteModels) {
   EXPECT_EQ(card->decoder, "image_labeling");
 }
 
+TEST_F(FindCard, ReadsLargeFilesForCardsWithTheirNameOnly) {
+  write("cards/a.card.json", kDigest, "by digest");
+  std::ofstream(folder_ / "cards/labels.txt") << "title\ncat\n";
+  int reads = 0;
+  const auto labels_of = [&](const char* file, uintmax_t bytes) {
+    std::ofstream(folder_ / file) << "";
+    fs::resize_file(folder_ / file, bytes);
+    reads = 0;
+    return find_labels(
+        folder_ / file, [](const ImageInput&) { return true; }, [&] { return ++reads, kDigest; },
+        {(folder_ / "cards").string()});
+  };
+  const std::vector<std::string> cat{"cat"};
+  EXPECT_EQ(labels_of("copy.onnx", 1 << 20), cat);
+  EXPECT_EQ(reads, 1);
+  EXPECT_TRUE(labels_of("copy.onnx", uintmax_t{65} << 20).empty());
+  EXPECT_EQ(reads, 0);
+  EXPECT_EQ(labels_of("net.onnx", uintmax_t{65} << 20), cat);
+  EXPECT_EQ(reads, 1);
+}
+
 }  // namespace find_card_test
 }  // namespace weir::card

@@ -210,39 +210,40 @@ class ResultsDecoder {
   bool decode(const weir_frame& frame, DecoderOutput& output) {
     FrameRegions regions(frame);
     results_.clear();
-    const bool are_tiles = are_tiles_of_picture(regions);
-    tiles_.clear(), tile_of_.clear();
+    const bool are_tiles = find_tiles(regions);
+    tile_of_.clear();
     for (uint32_t i = 0; i < regions.count(); ++i) {
       const auto map = regions.map(i);
       read(regions.tensors(i), map);
       if (are_tiles)
-        add_tile(*map);
+        tile_of_.resize(tile_of_.size() + part_.objects.size(), i);
       else if (regions.are_regions())
         for (auto& object : part_.objects) object.parent = regions.row(i);
       results::append(&part_, features_, &results_);
     }
     if (are_tiles)
-      results::merge_parts({.boxes = tiles_, .part_of = tile_of_}, settings_.iou,
-                           settings_.max_results, &results_);
+      results::merge_parts({.boxes = tiles_, .part_of = tile_of_, .picture = picture_},
+                           settings_.iou, settings_.max_results, &results_);
     results::write(results_, features_, [&](size_t bytes) { return output.reserve(bytes); });
     return true;
   }
 
  private:
-  // Whether the regions are parts of the picture in which detectors look for objects. Those that
+  // Whether the regions are tiles of the picture in which detectors look for objects. Those that
   // were cut out for rows of results belong to these rows.
-  bool are_tiles_of_picture(const FrameRegions& regions) const {
+  bool find_tiles(const FrameRegions& regions) {
+    tiles_.clear();
     const bool finds_objects =
         (tasks_ & heads::kDetection) != 0 || head_->suppression() != heads::Suppression::None;
     if (!regions.are_regions() || !features_.has_boxes || !finds_objects) return false;
-    for (uint32_t i = 0; i < regions.count(); ++i)
-      if (const auto map = regions.map(i); !map || map->row > 0) return false;
-    return true;
-  }
-  void add_tile(const SourceMap& map) {
-    const auto width = static_cast<float>(map.width), height = static_cast<float>(map.height);
-    tile_of_.resize(tile_of_.size() + part_.objects.size(), static_cast<uint32_t>(tiles_.size()));
-    tiles_.push_back(results::upright_box(map, {0, 0, width, height}));
+    for (uint32_t i = 0; i < regions.count(); ++i) {
+      const auto map = regions.map(i);
+      if (!map || map->row > 0) return false;
+      const auto width = static_cast<float>(map->width), height = static_cast<float>(map->height);
+      tiles_.push_back(results::upright_box(*map, {0, 0, width, height}));
+      picture_ = {map->source_width, map->source_height};
+    }
+    return results::are_tiles(tiles_, picture_);
   }
 
   // The outputs of one picture, or of a batch of them.
@@ -325,6 +326,7 @@ class ResultsDecoder {
   FrameResults part_, results_;    // kept for their memory
   std::vector<Box> tiles_;         // likewise
   std::vector<uint32_t> tile_of_;  // likewise: of each object
+  Size picture_;                   // that the tiles are parts of; 0 x 0 = not known
 };
 
 template <uint32_t kTasks>

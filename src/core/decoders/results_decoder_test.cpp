@@ -129,6 +129,23 @@ TEST(ResultsDecoder, RegionsOfABatchAreParents) {
   EXPECT_EQ(run.row(0).box(), (Box{114, 5, 118, 11}));
 }
 
+TEST(ResultsDecoder, RegionsThatAreNoGridAreParents) {
+  std::vector<float> both = head_of({}), second = head_of(kTwo);
+  both.insert(both.end(), second.begin(), second.end());
+  const TestTensor batch("21:7:2", both);
+  SourceMap map;
+  map.width = map.height = 32;
+  map.source_width = 640, map.source_height = 480;
+  SourceMap moved = map;
+  moved.x0 = 100;
+  ResultsRun run("detection", {});
+  ASSERT_TRUE(run.configure({batch}, &kModel, true)) << run.error;
+  run.decode({batch}, {map, moved}, true);
+  ASSERT_EQ(run.n_rows(), 2u) << run.error;
+  EXPECT_EQ(run.row(0).parent(), 1);
+  EXPECT_EQ(run.row(1).parent(), 1);
+}
+
 TEST(ResultsDecoder, RegionsWithoutRowsAreTilesOfThePicture) {
   std::vector<float> both = head_of(kTwo);
   // The first object again, 12 pixels further left; and one that only the second tile has.
@@ -138,6 +155,7 @@ TEST(ResultsDecoder, RegionsWithoutRowsAreTilesOfThePicture) {
   const TestTensor batch("21:7:2", both);
   SourceMap map;
   map.width = map.height = 32;
+  map.source_width = 44, map.source_height = 32;
   SourceMap moved = map;
   moved.x0 = 12;
   ResultsRun run("detection", {});

@@ -31,7 +31,7 @@ void UnitOfNumbers::add(std::span<const float> coordinates) noexcept {
   float max = 0;
   for (const float number : coordinates)
     if (std::isfinite(number)) max = std::max(max, std::abs(number));
-  max_ = std::max(max_, max);
+  max_ = std::max(max_, max), stream_max_ = std::max(stream_max_, max);
   const bool is_beyond = max > kMaxOfPicture;
   for (Count* count : {&frame_, &all_}) ++count->objects, count->beyond += is_beyond;
 }
@@ -48,17 +48,18 @@ std::optional<Error> UnitOfNumbers::contradiction() const {
   const Unit found = frame_.is_in_pixels() ? Unit::Pixels : Unit::Picture;
   const Unit read = is_set ? setting_ : before_;
   if (read == Unit::Automatic || read == found) return std::nullopt;
-  // Objects within the first two pixels say little.
-  if (read == Unit::Pixels && (!is_set || frame_.beyond > 0)) return std::nullopt;
+  // Few objects may lie within the first two pixels.
+  if (read == Unit::Pixels && (!is_set || !are_all_parts())) return std::nullopt;
   const char* const names[] = {"custom=unit:pixels", "custom=unit:picture"};
   char max[32];
-  std::snprintf(max, sizeof max, "%g", static_cast<double>(max_));
+  std::snprintf(max, sizeof max, "%g",
+                static_cast<double>(read == Unit::Pixels ? stream_max_ : max_));
   return Error{
       .code = Code::SPEC_MISMATCH,
-      .what = is_set ? "the coordinates of a frame contradict the setting unit"
+      .what = is_set ? "the coordinates contradict the setting unit"
                      : "the coordinates of a frame have another unit than before",
-      .offered = std::string("coordinates up to ") + max + " of " + std::to_string(frame_.objects) +
-                 " boxes",
+      .offered = std::string("coordinates up to ") + max + " of " +
+                 std::to_string(read == Unit::Pixels ? all_.objects : frame_.objects) + " boxes",
       .needed = read == Unit::Picture ? "0 to 1 across the picture" : "pixels of the model's input",
       .fix = names[found == Unit::Picture]};
 }

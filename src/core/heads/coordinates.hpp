@@ -20,8 +20,8 @@ enum class Unit {
 // custom=unit:pixels|picture.
 Unit unit_setting(const HeadOptions& options);
 
-// Tells pixels from parts of the picture by the coordinates of most objects of the stream: in
-// pixels, some are beyond kMaxOfPicture unless the object is within the first two pixels.
+// Finds the unit by the coordinates of most objects of the stream: in pixels, some are beyond
+// kMaxOfPicture unless the object is within the first two pixels.
 class UnitOfNumbers {
  public:
   explicit UnitOfNumbers(Unit setting = Unit::Automatic) : setting_(setting) {}
@@ -31,7 +31,8 @@ class UnitOfNumbers {
   void add(std::span<const float> coordinates) noexcept;
   // The setting, or else what the objects up to this frame say.
   Unit unit() noexcept;
-  // After unit(): what this frame contradicts, the setting or the reading of earlier frames.
+  // After unit(): what this frame, or many objects in pixels, contradict: the setting or the
+  // reading of earlier frames.
   std::optional<Error> contradiction() const;
 
  private:
@@ -40,10 +41,12 @@ class UnitOfNumbers {
     bool is_in_pixels() const noexcept { return 2 * beyond >= objects; }
   };
   static constexpr float kMaxOfPicture = 2;
+  // The coordinates of enough objects of the stream are those of parts of the picture.
+  bool are_all_parts() const noexcept { return all_.objects >= 20 && stream_max_ <= 1.5f; }
   Unit setting_;
   Unit before_ = Unit::Automatic, now_ = Unit::Automatic;  // readings of the last two frames
   Count frame_, all_;
-  float max_ = 0;  // of the frame
+  float max_ = 0, stream_max_ = 0;  // of the frame and of the stream
 };
 
 // Collects the objects that a model gives by the edges of their boxes.

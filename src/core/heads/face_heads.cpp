@@ -223,11 +223,32 @@ class Ultraface final : public Head {
       boxes_.add(std::array{box.x1, box.y1, box.x2, box.y2}, to_probability(score), 0, i);
     }
     auto found = boxes_.take(input);
+    if (!priors_.empty()) return found;
+    if (are_offsets(outputs.read(outputs_.boxes))) warn_once(offsets_as_boxes());
     warn_once(boxes_.contradiction());
     return found;
   }
 
  private:
+  // Whether many boxes have their corners exchanged, as if their numbers were relative to priors.
+  bool are_offsets(std::span<const float> values) const {
+    constexpr size_t kSamples = 64;
+    size_t exchanged = 0;
+    for (size_t i = 0; i < kSamples; ++i) {
+      const float* const box = values.data() + 4 * (i * outputs_.count / kSamples);
+      exchanged += box[2] < box[0] || box[3] < box[1];
+    }
+    return exchanged > kSamples / 4;
+  }
+  static Error offsets_as_boxes() {
+    return {.code = Code::SPEC_MISMATCH,
+            .what = "the boxes of faces look like offsets from prior boxes",
+            .offered =
+                "many boxes whose right edge is left of the left one, or whose lower edge is "
+                "above the upper one",
+            .needed = "decoded boxes: x1, y1, x2, y2",
+            .fix = "custom=head:ultraface-raw"};
+  }
   Box box_at(size_t index, const float* values) const {
     if (priors_.empty()) return {values[0], values[1], values[2], values[3]};
     constexpr float kCentreVariance = 0.1f, kSizeVariance = 0.2f;

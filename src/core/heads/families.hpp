@@ -64,6 +64,10 @@ extern const Family kYoloNas;
 
 // Networks that output one heat map for each key point, as HRNet does.
 extern const Family kHeatMaps;
+// The number of maps as that family reads them; 0 if it does not fit.
+size_t points_of_heat_maps(const ModelSignature& model);
+// Whether usual sets of key points have so many. Other maps may as well be scores of classes.
+bool is_usual_of_points(size_t maps) noexcept;
 
 // MediaPipe's landmark networks, which look at one hand, face or person.
 extern const Family kBlazepose;      // 33 points with visibility

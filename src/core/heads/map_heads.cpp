@@ -167,14 +167,20 @@ Match fit_deep_lab(const ModelSignature& model) {
   const auto pixels = find_pixels(model);
   if (!pixels || is_class_map(model.outputs[0], *pixels) || looks_like_picture(model))
     return Match::No;
-  return pixels->classes > 1 && pixels->classes == model.labels ? Match::Certain : Match::Possible;
+  const bool are_labelled = pixels->classes > 1 && pixels->classes == model.labels;
+  if (!are_labelled) return Match::Possible;
+  // Labels may as well be names of key points.
+  const Match as_points = kHeatMaps.fit(model);
+  const bool may_be_points = as_points == Match::Certain ||
+                             (as_points == Match::Possible && is_usual_of_points(pixels->classes));
+  return may_be_points ? Match::Possible : Match::Certain;
 }
 
 Match fit_class_map(const ModelSignature& model) {
   const auto pixels = find_pixels(model);
   if (!pixels || pixels->classes > 1) return Match::No;
   if (is_class_map(model.outputs[0], *pixels)) return Match::Possible;
-  // One score tells two classes apart; more names are those of class numbers.
+  // One score a pixel has two classes; more labels are those of class numbers.
   return model.labels > 2 && !model.outputs[0].is_quantised ? Match::Certain : Match::No;
 }
 

@@ -180,6 +180,19 @@ TEST(HeatMaps, WarnOfMapsThatAreScoresOfClasses) {
   EXPECT_EQ(read(0.0f).warning, "");
 }
 
+TEST(HeatMaps, MayHaveAMapOfTheBackground) {
+  Floats planes(18 * 256, 0);
+  for (size_t pixel = 0; pixel < 256; ++pixel) planes[17 * 256 + pixel] = 1;
+  for (size_t point = 0; point < 17; ++point) {
+    const size_t peak = 15 * point + 1;
+    planes[point * 256 + peak] = 0.9f, planes[17 * 256 + peak] = 0.1f;
+  }
+  const auto result =
+      run_head({TestOutput("16:16:18:1", planes)}, {.head = "heat-maps", .tasks = kPose});
+  EXPECT_EQ(result.found.size(), 1u) << result.error;
+  EXPECT_EQ(result.warning, "");
+}
+
 TEST(Depth, IsTheMapOfTheNetwork) {
   for (const char* shape : {"3:2:1", "1:3:2:1", "3:2:1:1"}) {
     const auto result = run_head({TestOutput(shape, {1, 2, 3, -4, NAN, INFINITY})},

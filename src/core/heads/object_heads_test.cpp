@@ -67,11 +67,15 @@ TEST(EndToEndHeads, WarnOfCoordinatesThatContradictTheUnit) {
   EXPECT_EQ(read(parts, "picture").warning, "");
   EXPECT_EQ(read(pixels, nullptr).warning, "");
   const auto as_parts = read(pixels, "picture").warning;
-  EXPECT_SAYS(as_parts, "the coordinates of a frame contradict the setting unit");
+  EXPECT_SAYS(as_parts, "the coordinates contradict the setting unit");
   EXPECT_SAYS(as_parts, "coordinates up to 61 of 2 boxes");
   EXPECT_SAYS(as_parts, "custom=unit:pixels");
-  const auto as_pixels = read(parts, "pixels").warning;
-  EXPECT_SAYS(as_pixels, "coordinates up to 0.75 of 1 boxes");
+  EXPECT_EQ(read(parts, "pixels").warning, "") << "one box may be that small";
+  Floats many;
+  for (int i = 0; i < 20; ++i) many.insert(many.end(), parts.begin(), parts.end());
+  EXPECT_EQ(read(Floats(many.begin() + 6, many.end()), "pixels").warning, "") << "19 boxes";
+  const auto as_pixels = read(many, "pixels").warning;
+  EXPECT_SAYS(as_pixels, "coordinates up to 0.75 of 20 boxes");
   EXPECT_SAYS(as_pixels, "custom=unit:picture");
 }
 
@@ -482,6 +486,26 @@ TEST(ObjectHeads, RefuseOtherOutputs) {
         "ssd", "ssd-postprocess", "fastestdet", "nanodet"})
     EXPECT_SAYS(run_head({TestOutput("3:1", Floats(3))}, {.head = head}).error,
                 std::string("the outputs are not those of the head ") + head);
+}
+
+TEST(Ultraface, WarnsOfOffsetsFromPriors) {
+  constexpr size_t kPriors = 4420;
+  const auto warning = [](const char* head, const Floats& box) {
+    Floats boxes, scores(2 * kPriors, 0);
+    for (size_t i = 0; i < kPriors; ++i) boxes.insert(boxes.end(), box.begin(), box.end());
+    scores[2 * 100 + 1] = 0.9f;
+    const auto result = run_head({TestOutput("2:4420:1", scores), TestOutput("4:4420:1", boxes)},
+                                 {.head = head, .input = {320, 240}});
+    EXPECT_EQ(result.error, "");
+    return result.warning;
+  };
+  const Floats offsets{0.9f, -0.5f, -1.75f, 2.25f};
+  EXPECT_SAYS(warning("ultraface", offsets), "offsets from prior boxes");
+  EXPECT_SAYS(warning("ultraface", offsets), "custom=head:ultraface-raw");
+  EXPECT_EQ(warning("ultraface-raw", offsets), "");
+  EXPECT_EQ(warning("ultraface-raw", {0, 0, 30, 9}), "") << "it has no setting unit";
+  EXPECT_EQ(warning("ultraface", {0.25f, 0.25f, 0.5f, 0.75f}), "");
+  EXPECT_EQ(warning("ultraface", {-0.125f, 0.25f, 0.5f, 1.25f}), "");
 }
 
 }  // namespace object_heads_test

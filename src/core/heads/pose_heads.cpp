@@ -1,7 +1,9 @@
 // Heads of networks that output the key points of persons: MoveNet, PoseNet, and one heat map for
 // each key point, as HRNet has.
 // SPDX-License-Identifier: LGPL-2.1-or-later
+#include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include "core/detection/posenet.hpp"
 #include "core/heads/families.hpp"
@@ -278,24 +280,29 @@ class HeatMaps final : public PointsHead {
     }
     const float score = sum / static_cast<float>(layout_.points);
     if (score >= threshold_ && score > 0) add(points_, threshold_, score, 0);
-    if (sum_to_one(maps)) warn_once(scores_as_points());
+    if (are_scores_of_classes(maps)) warn_once(scores_as_points());
     return take();
   }
 
  private:
-  // Whether the maps have the sum 1 in each of some cells, as probabilities of classes do.
-  bool sum_to_one(std::span<const float> maps) const {
+  // Whether the maps have the sum 1 in each of some cells, as probabilities of classes do. Key
+  // points may have a map of the background too, which is high in most cells.
+  bool are_scores_of_classes(std::span<const float> maps) const {
     constexpr size_t kSamples = 64;
     const size_t cells = layout_.width * layout_.height;
     if (layout_.points < 2 || maps.size() < cells * layout_.points) return false;
+    std::vector<size_t> high_cells(layout_.points);
     for (size_t i = 0; i < kSamples; ++i) {
-      const size_t cell = i * cells / kSamples;
+      const size_t cell = i * (cells - 1) / (kSamples - 1);
       float sum = 0;
-      for (size_t point = 0; point < layout_.points; ++point)
-        sum += maps[point * layout_.next_point + cell * layout_.next_cell];
+      for (size_t point = 0; point < layout_.points; ++point) {
+        const float score = maps[point * layout_.next_point + cell * layout_.next_cell];
+        sum += score;
+        high_cells[point] += score > 0.5f;
+      }
       if (!(std::abs(sum - 1) < 0.02f)) return false;
     }
-    return true;
+    return *std::max_element(high_cells.begin(), high_cells.end()) <= kSamples / 2;
   }
   Error scores_as_points() const {
     return {.code = Code::SPEC_MISMATCH,
@@ -334,7 +341,9 @@ Match fit(const ModelSignature& model) {
   constexpr size_t kMinCell = 2, kMaxCell = 8;
   const bool has_cells = model.input.width == 0 || (layout->width * kMinCell <= model.input.width &&
                                                     layout->width * kMaxCell >= model.input.width);
-  return has_cells ? Match::Possible : Match::No;
+  if (!has_cells) return Match::No;
+  const bool is_named = any_name_has(model, "heatmap") || any_name_has(model, "keypoint");
+  return is_named ? Match::Certain : Match::Possible;
 }
 
 std::unique_ptr<Head> open(const ModelSignature& model, const HeadOptions& options) {
@@ -344,6 +353,16 @@ std::unique_ptr<Head> open(const ModelSignature& model, const HeadOptions& optio
 }
 
 }  // namespace
+
+size_t points_of_heat_maps(const ModelSignature& model) {
+  return fit(model) == Match::No ? 0 : find_layout(model)->points;
+}
+
+bool is_usual_of_points(size_t maps) noexcept {
+  constexpr size_t kUsual[] = {5,  14, 15, 16, 17, 18, 19,  20,  21,
+                               25, 26, 29, 33, 68, 98, 106, 133, 136};
+  return std::find(std::begin(kUsual), std::end(kUsual), maps) != std::end(kUsual);
+}
 
 const Family kMovenet{.name = "movenet",
                       .aliases = "movenet-lightning,movenet-thunder",

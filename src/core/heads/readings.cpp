@@ -10,18 +10,6 @@
 #include "core/text/text.hpp"
 
 namespace weir::heads {
-namespace {
-
-// Whether the number of maps is that of a usual set of key points. Other maps may as well be scores
-// of classes.
-bool has_usual_points(const ModelSignature& facts) {
-  constexpr uint32_t kUsual[] = {14, 16, 17, 18, 19, 21, 25, 26, 33, 68, 98, 106, 133, 136};
-  const Shape& shape = facts.outputs[0].shape;
-  return std::any_of(std::begin(kUsual), std::end(kUsual),
-                     [&](uint32_t points) { return shape[0] == points || shape[2] == points; });
-}
-
-}  // namespace
 
 uint32_t stated_tasks(const ModelSignature& facts) {
   constexpr std::pair<std::string_view, uint32_t> kStated[] = {
@@ -68,7 +56,10 @@ std::vector<Reading> likely(const std::vector<Reading>& readings, const ModelSig
   if (out.empty())
     out = chosen([&](const Reading& r) {
       const uint32_t tasks = r.family->tasks;
-      if (r.family == &kHeatMaps && !has_usual_points(facts)) return false;
+      const auto points = points_of_heat_maps(facts);
+      if (r.family == &kHeatMaps && !is_usual_of_points(points)) return false;
+      // As many labels as maps may name classes, or points.
+      if (r.family == &kDeepLab && points > 0 && points == facts.labels) return true;
       return (tasks & (kDetection | kPose)) != 0 && (tasks & kText) == 0;
     });
   return out.empty() ? readings : out;

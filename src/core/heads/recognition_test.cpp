@@ -177,7 +177,33 @@ TEST(Recognition, FewMapsAreAskedFor) {
   EXPECT_EQ(names("4:160:160:1", 0), (Names{"heat-maps", "deeplab"}));
   EXPECT_EQ(names("160:160:4:1", 4), (Names{"deeplab"})) << "a label for each map";
   EXPECT_EQ(names("160:160:17:1", 0), (Names{"heat-maps"}));
+  EXPECT_EQ(names("160:160:17:1", 17), (Names{"heat-maps", "deeplab"})) << "names of either";
+  EXPECT_EQ(names("17:160:160:1", 17), (Names{"heat-maps", "deeplab"}));
+  EXPECT_EQ(names("160:160:17:1", 3), (Names{"heat-maps"}));
   EXPECT_EQ(names("160:160:1", 0), (Names{"heat-maps", "deeplab", "depth"}));
+}
+
+TEST(Recognition, TheNumberOfMapsDecidesNotTheirSides) {
+  constexpr uint32_t kMaps = kPose | kSegmentation;
+  const auto names = [&](const std::string& shape, uint32_t side, const char* name = "") {
+    const ModelSignature facts{.outputs = {zeros(shape.c_str(), name).facts},
+                               .input = {4 * side, 4 * side},
+                               .metadata = {}};
+    std::vector<std::string> out;
+    for (const auto& reading : likely(list_readings(facts, kMaps), facts))
+      out.emplace_back(reading.family->name);
+    return out;
+  };
+  using Names = std::vector<std::string>;
+  for (const uint32_t side : {16u, 17u, 21u}) {
+    const std::string sides = std::to_string(side) + ":" + std::to_string(side);
+    EXPECT_EQ(names(sides + ":4:1", side), (Names{"heat-maps", "deeplab"})) << side;
+    EXPECT_EQ(names("4:" + sides + ":1", side), (Names{"heat-maps", "deeplab"})) << side;
+    EXPECT_EQ(names(sides + ":4:1", side, "heatmaps"), (Names{"heat-maps"})) << side;
+    EXPECT_EQ(names(sides + ":4:1", side, "keypoint_maps"), (Names{"heat-maps"})) << side;
+    for (const char* points : {"5", "15", "17", "20", "29"})
+      EXPECT_EQ(names(sides + ":" + points + ":1", side), (Names{"heat-maps"})) << points;
+  }
 }
 
 TEST(Recognition, AMapOfTheInputsSizeIsNoHeatMap) {

@@ -2,7 +2,10 @@
 #include "core/results/merge_parts.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <map>
 #include <numeric>
+#include <utility>
 #include <vector>
 
 #include "core/results/object_selection.hpp"
@@ -10,7 +13,7 @@
 namespace weir::results {
 namespace {
 
-constexpr size_t kMaxCompared = 8192;  // the best objects of a frame
+constexpr size_t kMaxCompared = 8192;  // the best objects that may be in several parts
 
 // The elements that belong to the objects `kept`, in their order; `length` for each object.
 template <class T>
@@ -33,12 +36,17 @@ void keep_objects(std::span<const uint32_t> kept, FrameResults* results) {
   keep(kept, 1, &results->texts);
 }
 
-// Whether the box reaches an edge of its part, within a small fraction of its side.
-bool is_cut(const Box& box, const Box& part) noexcept {
+// Whether the box reaches an edge of its part, within a small fraction of its side. Nothing is cut
+// at the edges of the picture.
+bool is_cut(const Box& box, const Box& part, Size picture) noexcept {
   constexpr float kFraction = 0.01f;
   const float x = part.width() * kFraction, y = part.height() * kFraction;
-  return box.x1 <= part.x1 + x || box.y1 <= part.y1 + y || box.x2 >= part.x2 - x ||
-         box.y2 >= part.y2 - y;
+  const bool is_known = picture.width > 0;
+  const float right = is_known ? static_cast<float>(picture.width) : INFINITY;
+  const float bottom = is_known ? static_cast<float>(picture.height) : INFINITY;
+  return (part.x1 > x && box.x1 <= part.x1 + x) || (part.y1 > y && box.y1 <= part.y1 + y) ||
+         (part.x2 < right - x && box.x2 >= part.x2 - x) ||
+         (part.y2 < bottom - y && box.y2 >= part.y2 - y);
 }
 
 // With its centre at x, y, as rotated_overlap() has it.
@@ -56,42 +64,66 @@ void extend(Box* box, const Box& other) noexcept {
           std::max(box->y2, other.y2)};
 }
 
+// The box and what it covers in any rotation.
+Box get_reach(const Object& object) noexcept {
+  if (object.rotation == 0) return object.box;
+  const Box& box = object.box;
+  const float x = (box.x1 + box.x2) / 2, y = (box.y1 + box.y2) / 2;
+  const float reach = std::hypot(box.width(), box.height()) / 2;
+  return {x - reach, y - reach, x + reach, y + reach};
+}
+
 class Merging {
  public:
   Merging(const PictureParts& parts, float max_overlap, FrameResults* results)
       : parts_(parts), max_overlap_(max_overlap), results_(results) {
-    for (size_t i = 0; i < results->objects.size(); ++i)
-      is_cut_.push_back(is_cut(results->objects[i].box, parts.boxes[parts.part_of[i]]));
+    reaches_.assign(parts.boxes.begin(), parts.boxes.end());
+    for (size_t i = 0; i < results->objects.size(); ++i) {
+      const uint32_t part = parts.part_of[i];
+      is_cut_.push_back(is_cut(results->objects[i].box, parts.boxes[part], parts.picture));
+      extend(&reaches_[part], get_reach(results->objects[i]));
+    }
   }
 
-  // The objects that stay. Complete ones first, so that pieces are added to them.
+  // The objects that stay. Complete ones first, so that pieces are added to them. Those that no
+  // other part can have are compared with none.
   std::vector<uint32_t> run() {
-    std::vector<uint32_t> order = by_score();
-    order.resize(std::min(order.size(), kMaxCompared));
-    std::stable_partition(order.begin(), order.end(), [&](uint32_t i) { return !is_cut_[i]; });
+    std::vector<uint32_t> order(results_->objects.size());
+    std::iota(order.begin(), order.end(), 0u);
+    sort_by_score(&order);
+    const auto shared = std::stable_partition(order.begin(), order.end(),
+                                              [&](uint32_t i) { return may_be_shared(i); });
+    const size_t compared = std::min(static_cast<size_t>(shared - order.begin()), kMaxCompared);
+    const auto end = order.begin() + static_cast<std::ptrdiff_t>(compared);
+    std::stable_partition(order.begin(), end, [&](uint32_t i) { return !is_cut_[i]; });
     std::vector<uint32_t> kept;
-    for (const uint32_t index : order) {
-      const auto twin = std::find_if(kept.begin(), kept.end(),
-                                     [&](uint32_t other) { return are_same(other, index); });
-      if (twin == kept.end())
-        kept.push_back(index);
+    for (auto index = order.begin(); index != end; ++index) {
+      const auto same = std::find_if(kept.begin(), kept.end(),
+                                     [&](uint32_t other) { return are_same(other, *index); });
+      if (same == kept.end())
+        kept.push_back(*index);
       else
-        merge(index, *twin);
+        merge(*index, *same);
     }
-    std::stable_sort(kept.begin(), kept.end(), [&](uint32_t a, uint32_t b) {
-      return results_->objects[a].score > results_->objects[b].score;
-    });
+    kept.insert(kept.end(), end, order.end());
+    sort_by_score(&kept);
     return kept;
   }
 
  private:
-  std::vector<uint32_t> by_score() const {
-    std::vector<uint32_t> order(results_->objects.size());
-    std::iota(order.begin(), order.end(), 0u);
-    std::stable_sort(order.begin(), order.end(), [&](uint32_t a, uint32_t b) {
+  void sort_by_score(std::vector<uint32_t>* order) const {
+    std::stable_sort(order->begin(), order->end(), [&](uint32_t a, uint32_t b) {
       return results_->objects[a].score > results_->objects[b].score;
     });
-    return order;
+  }
+
+  // Whether the object lies where another part or its objects are too.
+  bool may_be_shared(uint32_t index) const {
+    const Box reach = get_reach(results_->objects[index]);
+    for (uint32_t part = 0; part < reaches_.size(); ++part)
+      if (part != parts_.part_of[index] && common_part(reach, reaches_[part]).area() > 0)
+        return true;
+    return false;
   }
 
   bool are_same(uint32_t a, uint32_t b) const {
@@ -100,7 +132,8 @@ class Merging {
       return false;
     if (first.rotation != 0 || second.rotation != 0)
       return rotated_overlap(to_candidate(first), to_candidate(second)) > max_overlap_;
-    const Overlap share = is_cut_[a] || is_cut_[b] ? Overlap::OfSmaller : Overlap::OfUnion;
+    const uint32_t smaller = first.box.area() < second.box.area() ? a : b;
+    const Overlap share = is_cut_[smaller] ? Overlap::OfSmaller : Overlap::OfUnion;
     return overlap(first.box, second.box, share) > max_overlap_;
   }
 
@@ -116,9 +149,37 @@ class Merging {
   float max_overlap_;
   FrameResults* results_;
   std::vector<bool> is_cut_;
+  std::vector<Box> reaches_;  // around each part and its objects
 };
 
+using Interval = std::pair<float, float>;
+
+// Whether intervals cover 0 to `length`, within a pixel. Sorts them.
+bool do_cover(float length, std::vector<Interval>* intervals) {
+  std::sort(intervals->begin(), intervals->end());
+  float end = 0;
+  for (const auto& [from, to] : *intervals) {
+    if (from > end + 1) return false;
+    end = std::max(end, to);
+  }
+  return end >= length - 1;
+}
+
 }  // namespace
+
+bool are_tiles(std::span<const Box> parts, Size picture) {
+  if (parts.size() < 2 || picture.width == 0 || picture.height == 0) return false;
+  std::map<std::pair<long, long>, std::vector<Interval>> rows;
+  std::vector<Interval> heights;
+  for (const Box& part : parts) {
+    rows[{std::lround(part.y1), std::lround(part.y2)}].emplace_back(part.x1, part.x2);
+    heights.emplace_back(part.y1, part.y2);
+  }
+  return do_cover(static_cast<float>(picture.height), &heights) &&
+         std::all_of(rows.begin(), rows.end(), [&](auto& row) {
+           return do_cover(static_cast<float>(picture.width), &row.second);
+         });
+}
 
 void merge_parts(const PictureParts& parts, float max_overlap, size_t max_objects,
                  FrameResults* results) {

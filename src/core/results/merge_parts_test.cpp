@@ -23,7 +23,7 @@ FrameResults merged(std::vector<Object> objects, const std::vector<uint32_t>& pa
   out.points_per_object = 1;
   for (size_t i = 0; i < out.objects.size(); ++i)
     out.points.push_back({static_cast<float>(i), 0, 1});
-  merge_parts({.boxes = kTiles, .part_of = part_of}, 0.45f, max, &out);
+  merge_parts({.boxes = kTiles, .part_of = part_of, .picture = {180, 100}}, 0.45f, max, &out);
   return out;
 }
 
@@ -60,6 +60,50 @@ TEST(MergeParts, OthersStay) {
   ASSERT_EQ(out.objects.size(), 5u);
   EXPECT_EQ(out.objects[0], objects[1]) << "best first";
   EXPECT_EQ(merged(objects, {0, 1, 0, 0, 1}, 2).objects.size(), 2u);
+}
+
+TEST(MergeParts, ASmallObjectWithinALargeCutOneIsAnother) {
+  const std::vector<Object> objects{seen({10, 5, 100, 95}, 0.9f), seen({84, 22, 96, 40}, 0.6f)};
+  const auto out = merged(objects, {0, 1});
+  ASSERT_EQ(out.objects.size(), 2u);
+  EXPECT_EQ(out.objects[0], objects[0]);
+  EXPECT_EQ(out.objects[1], objects[1]);
+}
+
+TEST(MergeParts, TheEdgeOfThePictureCutsNothing) {
+  // Small and at the upper edge of the picture, within a large one of the other tile.
+  const std::vector<Object> objects{seen({10, 0, 98, 95}, 0.9f), seen({84, 0, 96, 20}, 0.6f)};
+  EXPECT_EQ(merged(objects, {0, 1}).objects.size(), 2u);
+  const std::vector<Object> at_bottom{seen({10, 5, 98, 100}, 0.9f), seen({84, 80, 96, 100}, 0.6f)};
+  EXPECT_EQ(merged(at_bottom, {0, 1}).objects.size(), 2u);
+}
+
+TEST(MergeParts, MoreObjectsThanAreComparedStay) {
+  std::vector<Object> objects;
+  std::vector<uint32_t> part_of;
+  for (int i = 0; i < 9000; ++i) {  // of as many classes, so that none is another
+    objects.push_back(seen({82, 20, 98, 40}, 0.5f, i));
+    part_of.push_back(0);
+  }
+  for (int i = 0; i < 9000; ++i) {
+    objects.push_back(seen({10, 20, 30, 40}, 0.25f, i));  // in no other tile
+    part_of.push_back(0);
+  }
+  EXPECT_EQ(merged(objects, part_of, 20000).objects.size(), 18000u);
+}
+
+TEST(Tiles, CoverThePictureAsAGrid) {
+  const Size picture{180, 150};
+  const std::vector<Box> grid{
+      {0, 0, 100, 100}, {80, 0, 180, 100}, {0, 75, 100, 150}, {80, 75, 180, 150}};
+  EXPECT_TRUE(are_tiles(grid, picture));
+  EXPECT_TRUE(are_tiles(kTiles, {180, 100}));
+  EXPECT_TRUE(are_tiles(std::vector<Box>{{-20, -20, 90, 120}, {90, -20, 200, 120}}, {180, 100}));
+  EXPECT_FALSE(are_tiles(grid, {})) << "not known";
+  EXPECT_FALSE(are_tiles(std::span(grid).first(3), picture)) << "a corner is missing";
+  EXPECT_FALSE(are_tiles(std::span(grid).first(2), picture));
+  EXPECT_FALSE(are_tiles(std::vector<Box>{{0, 0, 180, 150}}, picture)) << "one box";
+  EXPECT_FALSE(are_tiles(std::vector<Box>{{10, 10, 60, 60}, {40, 30, 120, 90}}, picture));
 }
 
 }  // namespace merge_parts_test

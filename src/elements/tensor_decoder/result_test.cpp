@@ -77,9 +77,12 @@ TEST(ResultDecoder, WarnsOnceOfValuesThatContradictTheReading) {
   Errors messages(h);
   for (int i = 0; i < 2; ++i) gst_harness_push(h.get(), frame(yolo(kTwo)));
   const auto warning = messages.next_warning();
-  EXPECT_SAYS(warning, "the coordinates of a frame contradict the setting unit");
+  EXPECT_SAYS(warning, "the coordinates contradict the setting unit");
   EXPECT_SAYS(warning, "custom=unit:pixels");
   EXPECT_EQ(messages.next_warning(), "");
+  gst_util_set_object_arg(G_OBJECT(h->element), "threshold", "0.3");  // opens the decoder again
+  gst_harness_push(h.get(), frame(yolo(kTwo)));
+  EXPECT_EQ(messages.next_warning(), "") << "the same text";
 }
 
 TEST(ResultDecoder, IgnoresTheModelOfOtherTensors) {

@@ -4,6 +4,8 @@
 
 #include <cstring>
 #include <memory>
+#include <set>
+#include <string>
 
 #include "elements/tensor_decoder/class_labels.hpp"
 #include "elements/tensor_decoder/frame_decoder.hpp"
@@ -178,6 +180,7 @@ class TensorDecoder : public gst::CountedTransform<TensorDecoder> {
       case GST_EVENT_STREAM_START:
         set_model(nullptr);
         labels_.clear();
+        warned_.clear();
         break;
       case GST_EVENT_CUSTOM_DOWNSTREAM_STICKY:
         labels_.receive(event, decoder_.get());
@@ -310,7 +313,8 @@ class TensorDecoder : public gst::CountedTransform<TensorDecoder> {
                              static_cast<void*>(event.get()));
       return;
     }
-    if (decoder_ && decoder_->uses_model()) labels_.add_card_labels(&*described);
+    const bool has_labels = !followed_.in_force.labels.value_or("").empty();
+    if (decoder_ && decoder_->uses_model() && !has_labels) labels_.add_card_labels(&*described);
     if (model_ && *model_ == *described) return;
     set_model(std::make_shared<const DescribedModel>(*std::move(described)));
     if (waiting_) return static_cast<void>(begin());
@@ -400,6 +404,13 @@ class TensorDecoder : public gst::CountedTransform<TensorDecoder> {
     if (!status) gst::post_error(element(), status.error());
   }
 
+  // Equal warnings of the frames of a stream are one.
+  void post_once(const Error& warning) {
+    constexpr size_t kMaxWarnings = 64;
+    if (warned_.size() < kMaxWarnings && warned_.insert(warning.message()).second)
+      gst::post_warning(element(), warning);
+  }
+
   Result<bool> decode(GstBuffer* in, GstBuffer* out) {
     if (auto status = reader_.read(in, input_); !status) return status.error();
     ledger_.copied(reader_.bytes_copied());
@@ -407,7 +418,7 @@ class TensorDecoder : public gst::CountedTransform<TensorDecoder> {
     decoder_->set_times(gst::abi_time(gst::running_time(self()->segment, GST_BUFFER_PTS(in))),
                         gst::get_unix_time(in, self()->segment, element()));
     auto kept = decoder_->decode(input_, in, reader_, out, buffer_limit_, &ledger_);
-    if (const auto warning = decoder_->warning()) gst::post_warning(element(), *warning);
+    if (const auto warning = decoder_->warning()) post_once(*warning);
     if (kept && *kept && gst_buffer_get_size(out) < picture_bytes_)
       return Error{.code = Code::FRAME_SIZE,
                    .what = "the output of the decoder is smaller than a picture of its caps",
@@ -452,6 +463,7 @@ class TensorDecoder : public gst::CountedTransform<TensorDecoder> {
   gst::EarlyEvents early_;                       // what came after them
   gst::FrameLayout reader_;                      // streaming thread
   gst::PropertyFile config_file_;
+  std::set<std::string> warned_;          // by frames of the stream; streaming thread
   gst::LiveSettings<Settings> followed_;  // the settings of decoder_; streaming thread
 };
 
