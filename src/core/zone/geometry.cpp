@@ -91,6 +91,13 @@ Point move_into(Size picture, const Box& box, Point at) noexcept {
   return {inside(at.x, width), inside(at.y, height)};
 }
 
+bool is_on_edge(Size picture, Point a, Point b) noexcept {
+  const auto is_beyond = [](double one, double two, double side) {
+    return std::max(one, two) <= 0 || std::min(one, two) >= side;
+  };
+  return is_beyond(a.x, b.x, picture.width) || is_beyond(a.y, b.y, picture.height);
+}
+
 bool contains(std::span<const Point> polygon, Point at) noexcept {
   bool inside = false;
   for (size_t i = 0; i < polygon.size(); ++i) {

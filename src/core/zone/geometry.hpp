@@ -22,6 +22,9 @@ Point reference_point(const Box& box, float rotation, Reference reference) noexc
 // The point within a picture of this size that is nearest to `at`, if a part of the box is in the
 // picture; otherwise `at`. Detectors extend boxes beyond the picture, where no zone can be.
 Point move_into(Size picture, const Box& box, Point at) noexcept;
+// Whether the line lies on an edge of the picture or outside of it, where no point of move_into()
+// can cross it.
+bool is_on_edge(Size picture, Point a, Point b) noexcept;
 
 // Whether a polygon contains the point, by the even-odd rule: where a polygon overlaps itself, a
 // part that is covered twice is outside. Of upright edges, the left and the upper ones are inside,

@@ -200,19 +200,25 @@ void ZoneCounter::see(const Sighting& sighting) {
   bool is_new = false;
   Track* track = find_track(sighting, &is_new);
   if (!track) return see_without_track(sighting);
-  const ReferencePoints from = track->at;
-  for (size_t i = 0; i < kReferences; ++i)
-    track->at[i] = find_point(sighting, static_cast<Reference>(i));
+  const ReferencePoints from = track->at, seen_from = track->seen_at;
+  for (size_t i = 0; i < kReferences; ++i) {
+    const auto reference = static_cast<Reference>(i);
+    track->at[i] = find_point(sighting, reference);
+    track->seen_at[i] = reference_point(sighting.box, sighting.rotation, reference);
+  }
   track->frame = frame_;
   track->time = now_;
   speed_ =
       compute_speed(track, reference_point(sighting.box, sighting.rotation, Reference::Bottom));
   for (uint32_t i = 0; i < bounds_.size(); ++i) {
     const Zone& zone = zones_->zones[i];
+    const size_t reference = to_index(zone.reference);
     if (zone.kind == Kind::Area)
       update_area(i, sighting, track);
+    else if (!is_new && is_on_edge(picture_, zone.points[0], zone.points[1]))
+      update_line(i, seen_from[reference], track->seen_at[reference], sighting, track);
     else if (!is_new)
-      update_line(i, from[to_index(zone.reference)], sighting, track);
+      update_line(i, from[reference], track->at[reference], sighting, track);
   }
 }
 
@@ -230,9 +236,10 @@ void ZoneCounter::update_area(uint32_t zone, const Sighting& sighting, Track* tr
 
 // The first crossing counts at once. While the object stays near the line, further ones only change
 // `crossed`, and what they come to counts when the object is farther than the margin.
-void ZoneCounter::update_line(uint32_t zone, Point from, const Sighting& sighting, Track* track) {
+void ZoneCounter::update_line(uint32_t zone, Point from, Point to, const Sighting& sighting,
+                              Track* track) {
   const Zone& line = zones_->zones[zone];
-  const Point a = line.points[0], b = line.points[1], to = track->at[to_index(line.reference)];
+  const Point a = line.points[0], b = line.points[1];
   const Crossing crossed = crossing(a, b, from, to);
   auto& lines = track->near_lines;
   const auto near = std::find_if(lines.begin(), lines.end(),

@@ -94,8 +94,8 @@ class ZoneCounter {
   void set_zones(std::shared_ptr<const ZoneSet> zones);
   const std::shared_ptr<const ZoneSet>& zones() const noexcept { return zones_; }
 
-  // The size of the source picture: points of boxes that extend beyond it count at its edge. 0 x 0,
-  // before the first call too: not known.
+  // The size of the source picture: points of boxes that extend beyond it count at its edge, except
+  // for lines on the edge. 0 x 0, before the first call too: not known.
   void set_picture(Size picture) noexcept { picture_ = picture; }
   // A frame; `time` in nanoseconds. A time that is equal to the last one or kNoTime adds nothing
   // to dwell times and speeds; one before the last one ends all stays first.
@@ -138,10 +138,10 @@ class ZoneCounter {
   };
   using ReferencePoints = std::array<Point, kReferences>;
   struct Track {
-    uint64_t frame = 0;  // of the last sighting
-    int64_t time = 0;    // likewise
-    ReferencePoints at{};
-    std::vector<Stay> stays{};  // in the order of their zones
+    uint64_t frame = 0;               // of the last sighting
+    int64_t time = 0;                 // likewise
+    ReferencePoints at{}, seen_at{};  // in the picture, and as the box has them
+    std::vector<Stay> stays{};        // in the order of their zones
     std::vector<NearLine> near_lines{};
     std::array<Sample, kSampleLimit> samples{};
     size_t n_samples = 0, oldest = 0;  // of `samples`, a ring
@@ -161,7 +161,7 @@ class ZoneCounter {
   void see_without_track(const Sighting& sighting);
   Track* find_track(const Sighting& sighting, bool* is_new);
   void update_area(uint32_t zone, const Sighting& sighting, Track* track);
-  void update_line(uint32_t zone, Point from, const Sighting& sighting, Track* track);
+  void update_line(uint32_t zone, Point from, Point to, const Sighting& sighting, Track* track);
   void count_crossing(uint32_t zone, bool is_forward, const Sighting& sighting);
   void update_stay(uint32_t zone, bool is_inside, const Sighting& sighting, Track* track);
   Speed compute_speed(Track* track, Point pixel) const;

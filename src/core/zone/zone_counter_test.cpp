@@ -302,5 +302,16 @@ TEST_F(ZoneCounterTest, PointsBeyondThePictureAreAtItsEdge) {
   expect_balance();
 }
 
+TEST_F(ZoneCounterTest, LinesOnTheEdgesOfThePictureAreCrossed) {
+  use({line("bottom", {0, 100}, {100, 100}), line("right", {100, 100}, {100, 0}),
+       line("top", {100, 0}, {0, 0})});
+  counter.set_picture({100, 100});
+  // Boxes are 20 high, the points in the middle of their lower edge.
+  EXPECT_EQ(frame(0, {at(50, 95, 1), at(95, 50, 2), at(50, 5, 3)}), Texts());
+  EXPECT_EQ(frame(0.1, {at(50, 105, 1), at(102, 50, 2), at(50, -5, 3)}),
+            (Texts{"forward bottom 1", "forward right 2", "forward top 3"}));
+  EXPECT_EQ(frame(0.2, {at(50, 95, 1)}), Texts{"backward bottom 1"});
+}
+
 }  // namespace zone_counter_test
 }  // namespace weir::zone
