@@ -64,11 +64,11 @@ void draw_on_picture(const draw::Detections& detections, FuzzInput* input) {
 
 void read_boxes(const TensorSpec& spec, std::span<const std::byte> bytes) {
   if (!preprocess::check_boxes(spec)) return;
-  std::vector<preprocess::Roi> boxes;
+  std::vector<preprocess::PictureBox> boxes;
   preprocess::read_boxes(spec, bytes, &boxes);
   for (const auto& box : boxes) {
     const Rect whole{7, 9, 640, 480};
-    const auto part = preprocess::common_part(whole, box);
+    const auto part = preprocess::common_part(whole, preprocess::make_region(box, {}));
     require(part.x >= 7 && uint64_t{part.x} + part.width <= 647 && part.y >= 9 &&
                 uint64_t{part.y} + part.height <= 489,
             "a part of a picture lies inside");

@@ -58,13 +58,15 @@ Regions read_regions(const TensorSpec& spec, std::span<const std::byte> payload,
   return out;
 }
 
-Regions read_regions(std::span<const preprocess::Roi> boxes, const SourceMap& map, uint32_t width,
-                     uint32_t height) {
+Regions read_regions(std::span<const preprocess::PictureBox> boxes, const SourceMap& map,
+                     uint32_t width, uint32_t height) {
   Regions out;
-  for (const preprocess::Roi& box : boxes) {
-    const double left = static_cast<double>(box.x), top = static_cast<double>(box.y);
-    const double right = left + static_cast<double>(box.width);
-    const double bottom = top + static_cast<double>(box.height);
+  for (const preprocess::PictureBox& box : boxes) {
+    const auto [left, top, right, bottom, rotation, row] = preprocess::make_upright(box);
+    if (!(right > left && bottom > top)) {
+      ++out.empty;
+      continue;
+    }
     double low[2] = {HUGE_VAL, HUGE_VAL}, high[2] = {-HUGE_VAL, -HUGE_VAL};
     for (const Point corner : {Point{left, top}, {right, top}, {left, bottom}, {right, bottom}}) {
       const Point at = map.to_tensor(corner);
@@ -78,7 +80,7 @@ Regions read_regions(std::span<const preprocess::Roi> boxes, const SourceMap& ma
     Rect region;
     clip(low[0], high[0] - low[0], width, &region.x, &region.width);
     clip(low[1], high[1] - low[1], height, &region.y, &region.height);
-    add(region, box.row, &out);
+    add(region, row, &out);
   }
   return out;
 }

@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "core/preprocess/preparation.hpp"
+#include "core/preprocess/boxes.hpp"
 #include "core/tensor/frame_spec.hpp"
 #include "core/tensor/geometry.hpp"
 #include "core/tensor/strided_layout.hpp"
@@ -28,8 +28,8 @@ Regions read_regions(const TensorSpec& spec, std::span<const std::byte> payload,
 // The same for boxes of results, which `map` moves from pixels of the source picture to those of
 // the tensor. A box that the map rotates becomes the upright one around it. Precondition:
 // check_picture_dimensions().
-Regions read_regions(std::span<const preprocess::Roi> boxes, const SourceMap& map, uint32_t width,
-                     uint32_t height);
+Regions read_regions(std::span<const preprocess::PictureBox> boxes, const SourceMap& map,
+                     uint32_t width, uint32_t height);
 // SPEC_MISMATCH: x and y of the picture are not dimensions 1 and 2 of the tensor, which are cut.
 Status check_picture_dimensions(const SourceMap& map);
 

@@ -46,17 +46,6 @@ Roi make_shaped(Point centre, double width, double height, double rotation,
   return out;
 }
 
-// The upright box around `box`, rotated about its centre.
-weir::Box around(const weir::Box& box, float rotation) {
-  if (rotation == 0 || !std::isfinite(rotation)) return box;
-  const float cosine = std::abs(std::cos(rotation)), sine = std::abs(std::sin(rotation));
-  const float width = box.x2 - box.x1, height = box.y2 - box.y1;
-  const float x = box.x1 + width / 2, y = box.y1 + height / 2;
-  const float half_width = (width * cosine + height * sine) / 2;
-  const float half_height = (width * sine + height * cosine) / 2;
-  return {x - half_width, y - half_height, x + half_width, y + half_height};
-}
-
 std::pair<uint32_t, uint32_t> common(uint32_t begin, uint32_t length, int64_t from, int64_t size) {
   const int64_t low = std::max<int64_t>(begin, from);
   const int64_t high = std::min(int64_t{begin} + length, from + size);
@@ -66,23 +55,43 @@ std::pair<uint32_t, uint32_t> common(uint32_t begin, uint32_t length, int64_t fr
 
 }  // namespace
 
-Roi make_region(const weir::Box& box, float rotation, const RegionShape& shape) {
-  const bool is_rotated = shape.follows_rotation && std::isfinite(rotation);
-  const weir::Box upright = is_rotated ? box : around(box, rotation);
-  const double width = double{upright.x2 - upright.x1}, height = double{upright.y2 - upright.y1};
-  if (shape == RegionShape{})
-    return make_box(upright.x1, upright.y1, upright.x1 + width, upright.y1 + height);
-  return make_shaped({upright.x1 + width / 2, upright.y1 + height / 2}, width, height,
-                     is_rotated ? double{rotation} : 0, shape);
+PictureBox make_upright(const PictureBox& box) noexcept {
+  PictureBox out = box;
+  out.rotation = 0;
+  if (box.rotation == 0 || !std::isfinite(box.rotation)) return out;
+  const double cosine = std::abs(std::cos(box.rotation)), sine = std::abs(std::sin(box.rotation));
+  const double width = box.right - box.left, height = box.bottom - box.top;
+  const double x = box.left + width / 2, y = box.top + height / 2;
+  const double half_width = (width * cosine + height * sine) / 2;
+  const double half_height = (width * sine + height * cosine) / 2;
+  out.left = x - half_width, out.top = y - half_height;
+  out.right = x + half_width, out.bottom = y + half_height;
+  return out;
 }
 
-Roi make_region(const Roi& region, const RegionShape& shape) {
-  if (shape == RegionShape{} || region.width <= 0 || region.height <= 0) return region;
-  const auto width = static_cast<double>(region.width), height = static_cast<double>(region.height);
-  Roi out = make_shaped(
-      {static_cast<double>(region.x) + width / 2, static_cast<double>(region.y) + height / 2},
-      width, height, 0, shape);
-  out.row = region.row;
+PictureScale scale_between(Size from, Size to) noexcept {
+  const bool are_known = from.width > 0 && from.height > 0 && to.width > 0 && to.height > 0;
+  if (!are_known) return {};
+  return {static_cast<double>(to.width) / from.width, static_cast<double>(to.height) / from.height};
+}
+
+bool have_same_view(Size from, Size to, double pixel_aspect) noexcept {
+  const PictureScale scale = scale_between(from, to);
+  const double tolerance =
+      1.0 / std::max(1u, std::min({from.width, from.height, to.width, to.height}));
+  const double ratio = scale.x / scale.y;
+  return std::abs(ratio - 1) <= tolerance || std::abs(ratio * pixel_aspect - 1) <= tolerance;
+}
+
+Roi make_region(const PictureBox& box, const RegionShape& shape, const PictureScale& scale) {
+  const bool is_rotated = shape.follows_rotation && std::isfinite(box.rotation);
+  PictureBox in = is_rotated ? box : make_upright(box);
+  in.left *= scale.x, in.right *= scale.x, in.top *= scale.y, in.bottom *= scale.y;
+  const double width = in.right - in.left, height = in.bottom - in.top;
+  Roi out = shape == RegionShape{} ? make_box(in.left, in.top, in.right, in.bottom)
+                                   : make_shaped({in.left + width / 2, in.top + height / 2}, width,
+                                                 height, is_rotated ? box.rotation : 0, shape);
+  out.row = box.row;
   return out;
 }
 
@@ -97,21 +106,18 @@ Status check_boxes(const TensorSpec& spec) {
                .fix = "tensor_transform mode=typecast option=float32"};
 }
 
-void read_boxes(const TensorSpec& spec, std::span<const std::byte> bytes, std::vector<Roi>* out,
-                const RegionShape& shape) {
+void read_boxes(const TensorSpec& spec, std::span<const std::byte> bytes,
+                std::vector<PictureBox>* out) {
   out->clear();
+  const bool are_floats = spec.type == ElementType::Float32;
   const size_t count = bytes.size() / (kNumbers * 4);
   for (size_t b = 0; b < count; ++b) {
     const auto of = bytes.subspan(b * kNumbers * 4);
-    if (spec.type == ElementType::Float32) {
-      float numbers[kNumbers];
-      for (size_t i = 0; i < kNumbers; ++i) numbers[i] = number_at<float>(of, i);
-      const auto& [x, y, width, height] = numbers;
-      out->push_back(make_region(make_box(x, y, double{x} + width, double{y} + height), shape));
-      continue;
-    }
-    const auto at = [&](size_t i) { return int64_t{number_at<uint32_t>(of, i)}; };
-    out->push_back(make_region(Roi{at(0), at(1), at(2), at(3)}, shape));
+    const auto at = [&](size_t i) {
+      return are_floats ? static_cast<double>(number_at<float>(of, i))
+                        : static_cast<double>(number_at<uint32_t>(of, i));
+    };
+    out->push_back({.left = at(0), .top = at(1), .right = at(0) + at(2), .bottom = at(1) + at(3)});
   }
 }
 
@@ -127,7 +133,7 @@ Status check_result_rows(const TensorSpec& spec, const weir_result_columns& colu
 }
 
 void read_result_boxes(const weir_result_columns& columns, std::span<const std::byte> bytes,
-                       uint64_t first_row, std::vector<Roi>* out, const RegionShape& shape) {
+                       uint64_t first_row, std::vector<PictureBox>* out) {
   if (columns.box < 0) return;
   const size_t rows = bytes.size() / (size_t{columns.length} * sizeof(float));
   std::vector<float> numbers(columns.length);
@@ -136,26 +142,14 @@ void read_result_boxes(const weir_result_columns& columns, std::span<const std::
                 columns.length * sizeof(float));
     const ResultRow row(columns, numbers.data());
     if (row.is_background()) continue;
-    out->push_back(make_region(row.box(), row.rotation(), shape));
-    out->back().row = first_row + i + 1;
+    const weir::Box box = row.box();
+    out->push_back({.left = double{box.x1},
+                    .top = double{box.y1},
+                    .right = double{box.x2},
+                    .bottom = double{box.y2},
+                    .rotation = double{row.rotation()},
+                    .row = first_row + i + 1});
   }
-}
-
-std::vector<Roi> scaled_to(Size picture, const PictureRegions& regions) {
-  const Size from = regions.picture;
-  const bool are_known = from.width > 0 && from.height > 0 && picture.width > 0;
-  if (!are_known || from == picture) return regions.boxes;
-  const double scale_x = static_cast<double>(picture.width) / from.width;
-  const double scale_y = static_cast<double>(picture.height) / from.height;
-  std::vector<Roi> out;
-  for (const Roi& box : regions.boxes) {
-    const double x = static_cast<double>(box.x) * scale_x, y = static_cast<double>(box.y) * scale_y;
-    out.push_back(make_box(x, y, x + static_cast<double>(box.width) * scale_x,
-                           y + static_cast<double>(box.height) * scale_y));
-    out.back().row = box.row;
-    out.back().rotation = box.rotation;
-  }
-  return out;
 }
 
 Rect common_part(const Rect& whole, const Roi& box) noexcept {

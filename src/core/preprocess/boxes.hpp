@@ -22,35 +22,50 @@ struct RegionShape {
   bool follows_rotation = false;  // otherwise the region is the upright box around a rotated one
   bool operator==(const RegionShape&) const = default;
 };
-// The region of a box, rotated clockwise about its centre. Edges are rounded to whole pixels. Empty
-// if a number is not finite or there is no area.
-Roi make_region(const weir::Box& box, float rotation, const RegionShape& shape);
-// The same for an upright region.
-Roi make_region(const Roi& region, const RegionShape& shape);
+// A box in pixels of a picture, which its edges may lie between.
+struct PictureBox {
+  double left = 0, top = 0, right = 0, bottom = 0;
+  double rotation = 0;  // clockwise about its centre, in radians
+  uint64_t row = 0;     // as in Roi
+};
+// The upright box around it.
+PictureBox make_upright(const PictureBox& box) noexcept;
+
+// Factors from one picture to another.
+struct PictureScale {
+  double x = 1, y = 1;
+};
+// The factors of the sides; 1 if a size is not known (0 x 0).
+PictureScale scale_between(Size from, Size to) noexcept;
+// Whether pictures of these sizes can show the same: their sides have the same factor, within a
+// pixel, also where the pixels of `to` are not square. `pixel_aspect` is their width by their
+// height.
+bool have_same_view(Size from, Size to, double pixel_aspect) noexcept;
+
+// The region of a box that is scaled to another picture first. Then its edges are rounded to whole
+// pixels. Empty if a number is not finite or there is no area.
+Roi make_region(const PictureBox& box, const RegionShape& shape, const PictureScale& scale = {});
 
 // SPEC_MISMATCH unless the tensor is uint32 or float32 4:N (further dimensions of 1): x, y, width
 // and height of each box.
 Status check_boxes(const TensorSpec& spec);
-// Precondition: check_boxes(). `bytes` are the tensor's and may have any alignment. Edges are
-// rounded to whole pixels. A box that is not finite or has no area becomes empty (width 0).
-void read_boxes(const TensorSpec& spec, std::span<const std::byte> bytes, std::vector<Roi>* out,
-                const RegionShape& shape = {});
+// Precondition: check_boxes(). `bytes` are the tensor's and may have any alignment.
+void read_boxes(const TensorSpec& spec, std::span<const std::byte> bytes,
+                std::vector<PictureBox>* out);
 
 // The boxes of result rows (weir/results.h) with these columns. SPEC_MISMATCH unless the tensor is
 // float32 L:N with the L of the columns.
 Status check_result_rows(const TensorSpec& spec, const weir_result_columns& columns);
-// Precondition: check_result_rows(). Appends the region of each row, numbered from `first_row`,
-// except background. Rows without a box give none.
+// Precondition: check_result_rows(). Appends the box of each row, numbered from `first_row`, except
+// background. Rows without a box give none.
 void read_result_boxes(const weir_result_columns& columns, std::span<const std::byte> bytes,
-                       uint64_t first_row, std::vector<Roi>* out, const RegionShape& shape = {});
+                       uint64_t first_row, std::vector<PictureBox>* out);
 
-// Regions in pixels of a picture of this size; 0 x 0: not known.
+// Boxes in pixels of a picture of this size; 0 x 0: not known.
 struct PictureRegions {
-  std::vector<Roi> boxes;
+  std::vector<PictureBox> boxes;
   Size picture;
 };
-// The regions in pixels of the same picture in another size.
-std::vector<Roi> scaled_to(Size picture, const PictureRegions& regions);
 
 // The intersection of the box with `whole`; sides of 0 if there is none.
 Rect common_part(const Rect& whole, const Roi& box) noexcept;

@@ -11,13 +11,18 @@
 namespace weir::preprocess {
 namespace boxes_test {
 
+std::vector<Roi> regions_of(const std::vector<PictureBox>& boxes) {
+  std::vector<Roi> out;
+  for (const PictureBox& box : boxes) out.push_back(make_region(box, {}));
+  return out;
+}
 template <class Number>
 std::vector<Roi> read(ElementType type, const std::vector<Number>& numbers) {
   const TensorSpec spec{type, {4, static_cast<uint32_t>(numbers.size() / 4)}, ""};
   EXPECT_TRUE(check_boxes(spec));
-  std::vector<Roi> out;
+  std::vector<PictureBox> out;
   read_boxes(spec, std::as_bytes(std::span(numbers)), &out);
-  return out;
+  return regions_of(out);
 }
 
 TEST(Boxes, AreReadFromBothTypes) {
@@ -68,9 +73,9 @@ weir_result_columns columns_of(const char* text) {
 }
 std::vector<Roi> of_rows(const char* columns, const std::vector<float>& numbers,
                          uint64_t first_row = 0) {
-  std::vector<Roi> out;
+  std::vector<PictureBox> out;
   read_result_boxes(columns_of(columns), std::as_bytes(std::span(numbers)), first_row, &out);
-  return out;
+  return regions_of(out);
 }
 
 TEST(ResultBoxes, HaveTheNumbersOfTheirRows) {
@@ -111,6 +116,25 @@ TEST(ResultBoxes, NeedTensorsOfTheirColumns) {
     EXPECT_SAYS(status.error().message(), "does not have the columns that its caps define");
     EXPECT_SAYS(status.error().message(), "needed: float32 5:N");
   }
+}
+
+TEST(PictureBoxes, AreScaledBeforeTheyAreShapedAndRounded) {
+  const PictureBox box{.left = 0.4, .top = 1, .right = 2.4, .bottom = 2.4, .row = 3};
+  EXPECT_EQ(make_region(box, {}, {10, 10}), (Roi{4, 10, 20, 14, 3}));
+  // The longer side is that in the picture of the region: 28 of 20 x 28.
+  EXPECT_EQ(make_region(box, {.is_square = true}, {10, 20}), (Roi{0, 20, 28, 28, 3}));
+  EXPECT_EQ(make_region({.left = 0, .top = 0, .right = NAN, .bottom = 1}, {}, {2, 2}), Roi{});
+}
+
+TEST(PictureBoxes, OfPicturesWithOtherProportionsAreNotScaled) {
+  const Size hd{1920, 1080};
+  EXPECT_TRUE(have_same_view(hd, {640, 360}, 1));
+  EXPECT_TRUE(have_same_view(hd, {300, 169}, 1)) << "rounded";
+  EXPECT_FALSE(have_same_view(hd, {960, 1080}, 1)) << "half of it";
+  EXPECT_TRUE(have_same_view(hd, {960, 1080}, 2)) << "wide pixels";
+  EXPECT_TRUE(have_same_view({960, 1080}, {480, 540}, 2));
+  EXPECT_FALSE(have_same_view(hd, {1910, 1080}, 1));
+  EXPECT_TRUE(have_same_view({}, hd, 1)) << "not known";
 }
 
 }  // namespace boxes_test

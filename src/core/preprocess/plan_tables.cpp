@@ -62,14 +62,16 @@ void lay_taps(Grid* grid) {
   }
 }
 
+// A rotated region needs the sampling only.
 void lay(Grid* grid, const Preparation& p, const Placement& place, const Component& component) {
+  grid->sampling = component;
+  if (place.rotated) return;
   Axis& x = grid->columns;
   const Sampling columns{component.halved_columns, p.source.cosited_columns};
   x.lay(p.resize, {place.source.x, place.source.width, place.content.width, place.columns},
         columns);
   grid->rows.lay(p.resize, {place.source.y, place.source.height, place.content.height, place.rows},
                  {component.halved_rows, p.source.cosited_rows});
-  grid->sampling = component;
   grid->first_byte = size_t{x.low()} * component.step;
   grid->bytes = size_t{x.high() - x.low()} * component.step;
   lay_taps(grid);

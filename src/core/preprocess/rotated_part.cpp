@@ -108,7 +108,22 @@ std::pair<uint32_t, uint32_t> RotatedPart::columns_inside(uint32_t row) const no
   return {first, last};
 }
 
+bool RotatedPart::may_show_picture() const noexcept {
+  const double left = content_.x, top = content_.y;
+  const double right = left + content_.width, bottom = top + content_.height;
+  double low[2] = {HUGE_VAL, HUGE_VAL}, high[2] = {-HUGE_VAL, -HUGE_VAL};
+  for (const Point corner : {Point{left, top}, {right, top}, {left, bottom}, {right, bottom}}) {
+    const Point at = to_source(corner);
+    low[0] = std::min(low[0], at.x), high[0] = std::max(high[0], at.x);
+    low[1] = std::min(low[1], at.y), high[1] = std::max(high[1], at.y);
+  }
+  const double end_x = static_cast<double>(picture_.x) + picture_.width;
+  const double end_y = static_cast<double>(picture_.y) + picture_.height;
+  return low[0] < end_x && high[0] > picture_.x && low[1] < end_y && high[1] > picture_.y;
+}
+
 bool RotatedPart::shows_picture() const noexcept {
+  if (!may_show_picture()) return false;
   for (uint32_t row = content_.y; row < content_.y + content_.height; ++row)
     if (const auto [first, end] = columns_inside(row); first < end) return true;
   return false;

@@ -34,6 +34,9 @@ class RotatedPart {
   double step_y() const noexcept { return step_y_; }
 
  private:
+  // Whether the upright box around all of it meets the picture.
+  bool may_show_picture() const noexcept;
+
   double xx_, xy_, x0_, yx_, yy_, y0_;
   double step_x_, step_y_;
   Rect content_, picture_;

@@ -130,21 +130,22 @@ TEST(RotatedPart, AShorterPictureIsAnError) {
 
 // MediaPipe's hand: the box moves half its height along its own up, and grows 2.6 times.
 TEST(RegionShape, MovesAlongTheSidesOfARotatedBox) {
-  const weir::Box box{90, 190, 110, 230};  // 20 x 40 around 100, 210
+  const PictureBox box{.left = 90, .top = 190, .right = 110, .bottom = 230};  // around 100, 210
+  PictureBox turned_box = box;
+  turned_box.rotation = kQuarter;
   const RegionShape shape{
       .shift_y = -0.5, .is_square = true, .scale = 2.5, .follows_rotation = true};
-  EXPECT_EQ(make_region(box, 0, shape), (Roi{.x = 50, .y = 140, .width = 100, .height = 100}));
-  const auto turned = make_region(box, static_cast<float>(kQuarter), shape);
+  EXPECT_EQ(make_region(box, shape), (Roi{.x = 50, .y = 140, .width = 100, .height = 100}));
+  const auto turned = make_region(turned_box, shape);
   EXPECT_EQ(turned.x, 70) << "its up is to the right";
   EXPECT_EQ(turned.y, 160);
   EXPECT_EQ(turned.width, 100);
   EXPECT_NEAR(turned.rotation, kQuarter, 1e-6);
-  EXPECT_EQ(make_region(box, static_cast<float>(kQuarter), {}),
-            (Roi{.x = 80, .y = 200, .width = 40, .height = 20}))
+  EXPECT_EQ(make_region(turned_box, {}), (Roi{.x = 80, .y = 200, .width = 40, .height = 20}))
       << "the upright box around it";
-  EXPECT_EQ(make_region(Roi{.x = 0, .y = 0, .width = 4, .height = 2, .row = 3}, {.scale = 2}),
+  EXPECT_EQ(make_region({.left = 0, .top = 0, .right = 4, .bottom = 2, .row = 3}, {.scale = 2}),
             (Roi{.x = -2, .y = -1, .width = 8, .height = 4, .row = 3}));
-  EXPECT_EQ(make_region({0, 0, NAN, 4}, 0, shape).width, 0);
+  EXPECT_EQ(make_region({.left = 0, .top = 0, .right = NAN, .bottom = 4}, shape).width, 0);
 }
 
 }  // namespace rotated_part_test

@@ -83,6 +83,17 @@ TEST(CropResults, MoveFromAPictureOfAnotherSize) {
             (std::vector<Bytes>{region({2, 2, 1}, {2, 3, 4, 5})}));
 }
 
+TEST(CropResults, AreRoundedInTheTensorOnly) {
+  ResultCrop crop(kDetections);
+  auto raw = make_buffer({picture()}, 0);
+  gst::set_source_maps(raw.get(), {picture_as_it_is(5, 4, false)});
+  auto info = make_buffer({make_rows({{1, 0, 0.2f, 0.25f, 0.6f, 0.5f}}, 6)}, 0);
+  gst::set_source_maps(info.get(), {picture_as_it_is(1, 1, true)});
+  crop.push_both(raw, info);
+  EXPECT_EQ(read_memories(crop.buffers().at(0).get()),
+            (std::vector<Bytes>{region({2, 2, 1}, {12, 13, 14, 15})}));
+}
+
 TEST(CropResults, WithoutObjectsAreAGap) {
   ResultCrop crop(kDetections);
   crop.push_both({{0, 0, 0, 0, 0, 0}}, 6);

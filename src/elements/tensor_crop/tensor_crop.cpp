@@ -40,10 +40,8 @@ SourceMap map_of_part(const SourceMap& map, const Rect& region) {
 
 // `map` for points of the same picture in another size, that of `other`.
 SourceMap map_from_picture_of(const SourceMap& other, SourceMap map) {
-  if (other.source_width == 0 || other.source_height == 0) return map;
-  if (map.source_width == 0 || map.source_height == 0) return map;
-  const double x = static_cast<double>(other.source_width) / map.source_width;
-  const double y = static_cast<double>(other.source_height) / map.source_height;
+  const auto [x, y] = preprocess::scale_between({map.source_width, map.source_height},
+                                                {other.source_width, other.source_height});
   map.xx *= x, map.xy *= x, map.x0 *= x;
   map.yx *= y, map.yy *= y, map.y0 *= y;
   return map;
@@ -205,7 +203,7 @@ class TensorCrop : public gst::Element<TensorCrop, gst::PlainElement>, public gs
   // The boxes are in pixels of the picture that the results come from; the tensor may be another
   // size or another part of it.
   Result<Regions> read_results(GstBuffer* raw, const gst::Input& info, const TensorSpec& whole) {
-    std::vector<preprocess::Roi> boxes;
+    std::vector<preprocess::PictureBox> boxes;
     if (auto s = results_->read(info_.tensors(), &boxes); !s) return gst::on_pad(s.error(), "info");
     const auto raw_maps = gst::source_maps(raw), info_maps = gst::source_maps(info.buffer.get());
     SourceMap map =

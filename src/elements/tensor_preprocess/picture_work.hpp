@@ -43,9 +43,12 @@ class PictureWork {
   virtual uint64_t allocated() const = 0;  // buffers so far
   // Bytes copied since the last call to read pictures.
   uint64_t take_copied() noexcept { return std::exchange(copied_, 0); }
+  // What is wrong with the last frame, if anything that was not reported before.
+  std::optional<Error> next_warning() { return std::exchange(warning_, std::nullopt); }
 
  protected:
   uint64_t copied_ = 0;
+  std::optional<Error> warning_;
   std::optional<Rect> crop_;
 };
 

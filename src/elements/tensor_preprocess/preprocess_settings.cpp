@@ -78,6 +78,12 @@ Status read_region_shape(const PreprocessSettings& s, preprocess::Request* reque
                  .offered = "region-scale, region-shift, square-regions or rotate-regions",
                  .needed = "regions=meta or regions=pad",
                  .fix = "tensor_preprocess regions=meta"};
+  if (s.rotate_regions && s.regions == RegionsChoice::Meta)
+    return Error{.code = Code::OPTION_VALUE,
+                 .what = "the regions of metadata have no rotation",
+                 .offered = "regions=meta rotate-regions=true",
+                 .needed = "regions=pad, or no rotate-regions",
+                 .fix = "tensor_preprocess regions=meta"};
   if (s.rotate_regions && s.clip_regions)
     return Error{.code = Code::OPTION_VALUE,
                  .what = "rotated regions cannot be clipped to the picture",

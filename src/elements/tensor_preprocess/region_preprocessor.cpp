@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <cstring>
+#include <string>
+#include <utility>
 
 #include "core/tensor/geometry.hpp"
 #include "core/tensor/tensor_header.hpp"
@@ -12,6 +14,27 @@ namespace weir {
 
 using preprocess::Preparation;
 using preprocess::PreprocessPlan;
+
+namespace {
+
+std::string size_text(Size size) {
+  return std::to_string(size.width) + " x " + std::to_string(size.height);
+}
+
+Error boxes_of_another_view(Size from, Size picture) {
+  Error out{.code = Code::SPEC_MISMATCH,
+            .what =
+                "the boxes of results are used as they are: their picture has other "
+                "proportions, so it may be another part of the scene",
+            .offered = "results of a picture of " + size_text(from),
+            .needed = size_text(picture) + ", or the same proportions"};
+  if (picture.width <= from.width && picture.height <= from.height)
+    out.fix = "tensor_preprocess regions=pad crop=0:0:" + std::to_string(picture.width) + ":" +
+              std::to_string(picture.height);
+  return out;
+}
+
+}  // namespace
 
 RegionPreprocessor::RegionPreprocessor(const GstVideoInfo& video, PreprocessPlan whole,
                                        const RegionOptions& options, BatchPool pool, size_t threads)
@@ -50,6 +73,17 @@ Status RegionPreprocessor::adapt(const CroppedPicture& size) {
   return size.crop ? check_crop(whole_.preparation().source, *size.crop) : ok();
 }
 
+// From the picture of the boxes to the one in memory. Boxes of another part of the picture stay.
+preprocess::PictureScale RegionPreprocessor::find_scale(Size memory) {
+  const Size from = boxes_->picture;
+  const double pixel_aspect =
+      static_cast<double>(GST_VIDEO_INFO_PAR_N(&video_)) / GST_VIDEO_INFO_PAR_D(&video_);
+  if (preprocess::have_same_view(from, memory, pixel_aspect))
+    return preprocess::scale_between(from, memory);
+  if (!std::exchange(has_warned_, true)) warning_ = boxes_of_another_view(from, memory);
+  return {};
+}
+
 void RegionPreprocessor::find_regions(GstBuffer* in, Size memory, const Rect& picture) {
   const uint64_t fitting = std::max<uint64_t>(kRegionBytesLimit / region_bytes(), 1);
   const uint64_t max = options_.max > 0 ? options_.max : std::min<uint64_t>(fitting, kRegionLimit);
@@ -70,15 +104,18 @@ void RegionPreprocessor::find_regions(GstBuffer* in, Size memory, const Rect& pi
       regions_.push_back(box);
   };
   if (boxes_) {
-    for (const preprocess::Roi& box : preprocess::scaled_to(memory, *boxes_)) add(box);
+    const auto scale = find_scale(memory);
+    for (const auto& box : boxes_->boxes) add(preprocess::make_region(box, options_.shape, scale));
   } else {
     gpointer state = nullptr;
     uint64_t row = 0;  // as tensor_from_roi counts them
     while (const GstMeta* meta = gst_buffer_iterate_meta_filtered(
                in, &state, GST_VIDEO_REGION_OF_INTEREST_META_API_TYPE)) {
       const auto* region = reinterpret_cast<const GstVideoRegionOfInterestMeta*>(meta);
+      const double x = region->x, y = region->y;
       add(preprocess::make_region(
-          preprocess::Roi{region->x, region->y, region->w, region->h, ++row}, options_.shape));
+          {.left = x, .top = y, .right = x + region->w, .bottom = y + region->h, .row = ++row},
+          options_.shape));
     }
   }
   counts_.prepared = regions_.size();

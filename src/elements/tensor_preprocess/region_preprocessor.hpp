@@ -26,10 +26,10 @@ struct RegionOptions {
   preprocess::RegionShape shape = {};
 };
 
-// Uses the boxes of set_boxes(), which have their shape, or else each GstVideoRegionOfInterestMeta,
-// in order. Each is clipped to the picture (or to the crop, in pixels of the picture in memory) or
-// padded outside of it, and resized to one index of the outermost dimension. Empty regions and
-// those beyond the limit are counted.
+// Uses the boxes of set_boxes() or else each GstVideoRegionOfInterestMeta, in order. Boxes of the
+// same picture in another size are scaled. Each is clipped to the picture (or to the crop, in
+// pixels of the picture in memory) or padded outside of it, and resized to one index of the
+// outermost dimension. Empty regions and those beyond the limit are counted.
 class RegionPreprocessor : public PictureWork {
  public:
   // Errors: make_picture(), PreprocessPlan::make(), FramePool::make().
@@ -54,6 +54,7 @@ class RegionPreprocessor : public PictureWork {
                      const RegionOptions& options, BatchPool pool, size_t threads);
   Status adapt(const CroppedPicture& size);
   void find_regions(GstBuffer* in, Size memory, const Rect& picture);
+  preprocess::PictureScale find_scale(Size memory);
   Status make_plans();
   size_t region_bytes() const noexcept { return *whole_.preparation().tensor().bytes(); }
 
@@ -61,6 +62,7 @@ class RegionPreprocessor : public PictureWork {
   preprocess::PreprocessPlan whole_;  // without a crop
   RegionOptions options_;
   std::optional<preprocess::PictureRegions> boxes_;
+  bool has_warned_ = false;
   BatchPool pool_;
   preprocess::Runner runner_;
   RegionCounts counts_;

@@ -7,8 +7,7 @@
 
 namespace weir {
 
-void RegionsPad::start(const preprocess::RegionShape& shape) {
-  shape_ = shape;
+void RegionsPad::start() {
   queue_.clear();
   queue_.flush(false);
 }
@@ -41,9 +40,9 @@ Status RegionsPad::accept(const FrameSpec& spec) {
 // picture they count as unused.
 Status RegionsPad::push(GstBuffer* buffer, const std::vector<gst::TensorPlace>& tensors,
                         int64_t time) {
-  std::vector<preprocess::Roi> boxes;
+  std::vector<preprocess::PictureBox> boxes;
   if (results_) {
-    if (auto status = results_->read(tensors, &boxes, shape_); !status) return status;
+    if (auto status = results_->read(tensors, &boxes); !status) return status;
     const auto maps = gst::source_maps(buffer);
     const Size picture = maps.empty() ? Size{} : Size{maps[0].source_width, maps[0].source_height};
     queue_.push(time, {std::move(boxes), picture});
@@ -52,7 +51,7 @@ Status RegionsPad::push(GstBuffer* buffer, const std::vector<gst::TensorPlace>& 
   if (tensors.size() > 1) return preprocess::check_boxes(TensorSpec{});
   if (!tensors.empty()) {
     if (auto status = preprocess::check_boxes(tensors[0].spec); !status) return status;
-    preprocess::read_boxes(tensors[0].spec, tensors[0].payload, &boxes, shape_);
+    preprocess::read_boxes(tensors[0].spec, tensors[0].payload, &boxes);
   }
   queue_.push(time, {std::move(boxes), {}});
   return ok();

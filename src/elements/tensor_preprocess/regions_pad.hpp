@@ -17,7 +17,7 @@ class RegionsPad final : public gst::TimedTensors {
  public:
   void end() override { queue_.end(); }
   // Call start() before a stream starts, and stop() to end the wait of its last frame.
-  void start(const preprocess::RegionShape& shape);
+  void start();
   void stop() { queue_.flush(true); }
 
   // Streaming thread of the pictures; `time` is a running time.
@@ -32,7 +32,6 @@ class RegionsPad final : public gst::TimedTensors {
   void advance(int64_t time) override { queue_.advance(time); }
   void flush(bool on) override;
 
-  preprocess::RegionShape shape_;            // set while nothing streams
   std::optional<gst::ResultBoxes> results_;  // none: plain boxes
   sync::TimedQueue<preprocess::PictureRegions> queue_;
 };

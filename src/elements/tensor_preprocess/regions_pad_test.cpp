@@ -216,11 +216,47 @@ TEST(RegionsPad, TakesTheBoxesOfResultsWithTheNumbersOfTheirRows) {
 
 TEST(RegionsPad, ScalesTheBoxesOfResultsFromAPictureOfAnotherSize) {
   auto b = both("max-regions=1", results_caps("x1,y1,x2,y2,score", "5:1").c_str());
-  GstBuffer* in = boxes<float>({100, 200, 300, 400, 1}, 0);
-  gst::set_source_maps(in, {picture_as_it_is(400, 600, true)});
+  GstBuffer* in = boxes<float>({100, 100, 300, 200, 1}, 0);
+  gst::set_source_maps(in, {picture_as_it_is(400, 300, true)});
   ASSERT_EQ(gst_harness_push(b.regions.get(), in), GST_FLOW_OK);
   ASSERT_EQ(gst_harness_push(b.pictures.get(), timed(frame(ramp(12)), 0)), GST_FLOW_OK);
   EXPECT_EQ(pulled(b.pictures), (Bytes{5, 6})) << "the picture is 4 x 3";
+}
+
+// The left half of a picture of 8 x 3 has been cut off.
+TEST(RegionsPad, LeavesTheBoxesOfAnotherPartOfThePicture) {
+  auto b = both("max-regions=1", results_caps("x1,y1,x2,y2,score", "5:1").c_str());
+  Errors errors(b.pictures);
+  for (const GstClockTime time : {0, 1}) {
+    GstBuffer* in = boxes<float>({1, 1, 3, 2, 1}, time);
+    gst::set_source_maps(in, {picture_as_it_is(8, 3, true)});
+    ASSERT_EQ(gst_harness_push(b.regions.get(), in), GST_FLOW_OK);
+    ASSERT_EQ(gst_harness_push(b.pictures.get(), timed(frame(ramp(12)), time)), GST_FLOW_OK);
+    EXPECT_EQ(pulled(b.pictures), (Bytes{5, 6}));
+  }
+  const auto warning = errors.next_warning();
+  EXPECT_SAYS(warning, "results of a picture of 8 x 3");
+  EXPECT_SAYS(warning, "needed: 4 x 3, or the same proportions");
+  EXPECT_SAYS(warning, "crop=0:0:4:3");
+  EXPECT_EQ(errors.next_warning(), "") << "once per stream";
+}
+
+// The pixels of the picture are twice as wide as those of the picture of 80 x 30.
+TEST(RegionsPad, ShapesBoxesInItsOwnPicture) {
+  auto b = both("max-regions=1 clip-regions=false square-regions=true",
+                results_caps("x1,y1,x2,y2,score", "5:1").c_str());
+  gst_harness_set_src_caps_str(b.pictures.get(),
+                               (video("GRAY8", 4, 3) + ",pixel-aspect-ratio=2/1").c_str());
+  GstBuffer* in = boxes<float>({20, 10, 40, 30, 1}, 0);
+  gst::set_source_maps(in, {picture_as_it_is(80, 30, true)});
+  ASSERT_EQ(gst_harness_push(b.regions.get(), in), GST_FLOW_OK);
+  ASSERT_EQ(gst_harness_push(b.pictures.get(), timed(frame(ramp(12)), 0)), GST_FLOW_OK);
+  const auto out = Ref<GstBuffer>::adopt(gst_harness_try_pull(b.pictures.get()));
+  ASSERT_TRUE(out);
+  // 1, 1 to 2, 3 in the picture of 4 x 3; the longer side is 2, and 0.5 to 2.5 is rounded.
+  const SourceMap map = gst::source_maps(out.get())[0];
+  EXPECT_DOUBLE_EQ(map.to_source({0, 0}).x, 1);
+  EXPECT_DOUBLE_EQ(map.to_source({2, 1}).x, 3);
 }
 
 // The box 1,1 to 3,2 turned clockwise by a quarter: the left edge of the tensor is its upper edge.
@@ -259,10 +295,12 @@ TEST(RegionsPad, RotatesAndEnlargesTheBoxesOfResults) {
 }
 
 TEST(RegionsPad, RejectsShapesThatHaveNoEffectOrMeaning) {
-  EXPECT_SAYS(error_of_start("regions=meta rotate-regions=true"),
+  EXPECT_SAYS(error_of_start("regions=pad rotate-regions=true"),
               "rotated regions cannot be clipped to the picture");
-  EXPECT_SAYS(error_of_start("regions=meta rotate-regions=true"),
+  EXPECT_SAYS(error_of_start("regions=pad rotate-regions=true"),
               "regions=pad rotate-regions=true clip-regions=false");
+  EXPECT_SAYS(error_of_start("regions=meta rotate-regions=true clip-regions=false"),
+              "the regions of metadata have no rotation");
   EXPECT_SAYS(error_of_start("region-scale=2"), "the shape of regions without regions");
   EXPECT_SAYS(error_of_start("regions=meta region-shift=1"), "X:Y, parts of the sides of a box");
   EXPECT_SAYS(error_of_start("regions=meta region-shift=1:b"), "region-shift");

@@ -91,10 +91,7 @@ class TensorPreprocess : public gst::CountedTransform<TensorPreprocess> {
 
   // A picture that waits for boxes must not block the deactivation of the pads.
   GstStateChangeReturn change_state(GstStateChange change) {
-    if (change == GST_STATE_CHANGE_READY_TO_PAUSED) {
-      const auto request = current();  // start() reports its error
-      boxes_.start(request ? request->region_shape : preprocess::RegionShape{});
-    }
+    if (change == GST_STATE_CHANGE_READY_TO_PAUSED) boxes_.start();
     if (change == GST_STATE_CHANGE_PAUSED_TO_READY) boxes_.stop();
     const auto result = GST_ELEMENT_CLASS(parent_class())->change_state(element(), change);
     if (change == GST_STATE_CHANGE_PAUSED_TO_READY) boxes_.forget_stream();
@@ -216,6 +213,7 @@ class TensorPreprocess : public gst::CountedTransform<TensorPreprocess> {
     }
     auto buffer = work_->acquire(in, buffer_limit_);
     if (!buffer) return failed(buffer.error());
+    if (const auto warning = work_->next_warning()) gst::post_warning(element(), *warning);
     copy_metadata(in, buffer->get());
     *out = buffer->release();
     return GST_FLOW_OK;

@@ -34,14 +34,13 @@ Result<ResultBoxes> ResultBoxes::parse(const FrameSpec& spec) {
 }
 
 Status ResultBoxes::read(const std::vector<TensorPlace>& tensors,
-                         std::vector<preprocess::Roi>* boxes,
-                         const preprocess::RegionShape& shape) const {
+                         std::vector<preprocess::PictureBox>* boxes) const {
   uint64_t row = 0;
   for (size_t i = 0; i < std::min(tensors.size(), columns_.size()); ++i) {
     if (columns_[i].kind != WEIR_RESULT_ROWS) continue;
     if (auto status = preprocess::check_result_rows(tensors[i].spec, columns_[i]); !status)
       return status;
-    preprocess::read_result_boxes(columns_[i], tensors[i].payload, row, boxes, shape);
+    preprocess::read_result_boxes(columns_[i], tensors[i].payload, row, boxes);
     row += tensors[i].payload.size() / (size_t{columns_[i].length} * sizeof(float));
   }
   return ok();

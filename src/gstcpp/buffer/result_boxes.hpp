@@ -14,9 +14,9 @@ class ResultBoxes {
   // Reads the columns of a stream whose spec has roles. SPEC_MISMATCH: they cannot be read, have no
   // boxes, or do not fit the tensors.
   static Result<ResultBoxes> parse(const FrameSpec& spec);
-  // Appends the regions of all rows that are not background. SPEC_MISMATCH: check_result_rows().
-  Status read(const std::vector<TensorPlace>& tensors, std::vector<preprocess::Roi>* boxes,
-              const preprocess::RegionShape& shape = {}) const;
+  // Appends the boxes of all rows that are not background. SPEC_MISMATCH: check_result_rows().
+  Status read(const std::vector<TensorPlace>& tensors,
+              std::vector<preprocess::PictureBox>* boxes) const;
 
  private:
   std::vector<weir_result_columns> columns_;  // one for each tensor
