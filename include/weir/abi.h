@@ -396,7 +396,8 @@ typedef struct {
    * through the sink's set_caps. */
   int (*configure)(weir_decoder*, const weir_tensor_info* in, uint32_t n,
                    const char* downstream_caps, weir_sink*, weir_error*);
-  /* Decodes one frame into the sink. `in` is read-only and valid for the call. */
+  /* Decodes one frame into the sink. `in` is read-only and valid for the call. What host->fail
+   * filled in before a call that succeeds is a warning about the frame. */
   int (*decode)(weir_decoder*, const weir_frame* in, weir_sink*, weir_error*);
   int (*set_option)(weir_decoder*, const weir_option*, weir_error*);
   void (*reset)(weir_decoder*); /* after a flush: frames before it are forgotten */

@@ -98,6 +98,25 @@ bool read_tensor(const FlexValue& value, size_t index, TensorMessage* out) {
   return read_tensor(value, &out->tensors[index]);
 }
 
+Status read_entries(const FlexElements& entries, size_t bytes, TensorMessage* message,
+                    Header* header) {
+  size_t found = 0;
+  for (size_t i = 0; i < entries.size(); ++i) {
+    const auto key = entries.key_at(i);
+    if (!key) return not_flexbuf("a key cannot be read", bytes);
+    const FlexValue value = entries.at(i);
+    const auto index = parse_tensor_index(*key);
+    if (index && *index >= WEIR_TENSOR_LIMIT)
+      return too_many_tensors(FlexbufMessage::kName, uint64_t{*index} + 1);
+    found += size_t{index.has_value()};
+    if (!(index ? read_tensor(value, *index, message) : read_number(value, *key, header)))
+      return not_flexbuf(std::string(*key) + " cannot be read", bytes);
+  }
+  return found == message->tensors.size()
+             ? ok()
+             : not_flexbuf("its tensors are not numbered from 0", bytes);
+}
+
 // Python's library puts the number of elements, not of bytes, in front of the blob of an array.
 void take_length_for_elements(std::span<const std::byte> message, MessageTensor* tensor) {
   const size_t width = element_bytes(tensor->type);
@@ -140,19 +159,7 @@ Status FlexbufMessage::parse(std::span<const std::byte> bytes, TensorMessage* me
   const auto entries = map && map->is_map() ? map->elements() : std::nullopt;
   if (!entries) return not_flexbuf("its map cannot be read", bytes.size());
   Header header;
-  size_t found = 0;
-  for (size_t i = 0; i < entries->size(); ++i) {
-    const auto key = entries->key_at(i);
-    if (!key) return not_flexbuf("a key cannot be read", bytes.size());
-    const FlexValue value = entries->at(i);
-    const auto index = parse_tensor_index(*key);
-    if (index && *index >= WEIR_TENSOR_LIMIT) return too_many_tensors(kName, uint64_t{*index} + 1);
-    found += size_t{index.has_value()};
-    if (!(index ? read_tensor(value, *index, message) : read_number(value, *key, &header)))
-      return not_flexbuf(std::string(*key) + " cannot be read", bytes.size());
-  }
-  if (found != message->tensors.size())
-    return not_flexbuf("its tensors are not numbered from 0", bytes.size());
+  if (auto status = read_entries(*entries, bytes.size(), message, &header); !status) return status;
   if (header.format == kStatic) take_lengths_for_elements(bytes, &message->tensors);
   message->rate_n = header.rate_n;
   message->rate_d = header.rate_d;
