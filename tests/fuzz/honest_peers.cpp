@@ -1,14 +1,19 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "honest_peers.hpp"
 
+#include <gio/gio.h>
+
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <chrono>
 #include <memory>
 #include <span>
 #include <string>
+#include <string_view>
 #include <thread>
 
+#include "gstcpp/element/ref.hpp"
 #include "hostile_messages.hpp"
 #include "net/client/link.hpp"
 #include "net/protocol/oip_contents.hpp"
@@ -124,6 +129,24 @@ bool receives_tensors(const Place& place) {
   std::string bytes(taken.message.chunks.size(), '\0');
   taken.message.chunks.copy({0, bytes.size()}, bytes.data());
   return bytes.find(kHonestFrame) != std::string::npos;
+}
+
+bool reads_metrics(const Place& place) {
+  const gst::Unique<GSocketClient, g_object_unref> client(g_socket_client_new());
+  g_socket_client_set_timeout(client.get(), 1);
+  const gst::Unique<GSocketConnection, g_object_unref> connection(
+      g_socket_client_connect_to_host(client.get(), kHere, place.port, nullptr, nullptr));
+  if (!connection) return false;
+  constexpr std::string_view kRequest = "GET /metrics HTTP/1.1\r\n\r\n";
+  GIOStream* const stream = G_IO_STREAM(connection.get());
+  if (!g_output_stream_write_all(g_io_stream_get_output_stream(stream), kRequest.data(),
+                                 kRequest.size(), nullptr, nullptr, nullptr))
+    return false;
+  std::array<char, 1024> response{};
+  gsize size = 0;
+  return g_input_stream_read_all(g_io_stream_get_input_stream(stream), response.data(),
+                                 response.size(), &size, nullptr, nullptr) &&
+         std::string_view(response.data(), size).ends_with(kHonestFrame);
 }
 
 }  // namespace weir::fuzz

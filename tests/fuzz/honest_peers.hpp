@@ -21,5 +21,6 @@ bool queries(const Place& place);                // tensor_query_serversrc, whic
 bool infers(const Place& place);                 // the same with protocol=oip
 bool sends_tensors(const Place& place);          // to tensor_src_grpc in front of a fakesink "end"
 bool receives_tensors(const Place& place);       // from tensor_sink_grpc
+bool reads_metrics(const Place& place);          // of a page that says kHonestFrame
 
 }  // namespace weir::fuzz

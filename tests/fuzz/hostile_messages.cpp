@@ -327,6 +327,30 @@ HostileMessage local_bytes(uint32_t kind, Conversation* c) {
   }
 }
 
+// ---- HTTP --------------------------------------------------------------------------------------
+
+std::string http_bytes(uint32_t kind, Conversation* c) {
+  switch (kind % 8) {
+    case kGreeting:
+      return "GET /metrics HTTP/1.1\r\n";
+    case kFrame:
+      ++c->number;
+      return "GET /metrics HTTP/1.1\r\nHost: a\r\n\r\n";
+    case 2:
+      return "\r\n\r\n";
+    case 3:
+      return "GET /" + std::string(kBlockBytes, 'a');
+    case 4:
+      return "POST /metrics HTTP/1.1\r\nContent-Length: " + std::to_string(kManyBytes) + "\r\n\r\n";
+    case 5:
+      return "GET /metrics?" + std::to_string(++c->number) + " HTTP/1.0\r\n\r\n";
+    case 6:
+      return "X-" + std::to_string(++c->number) + ": " + std::string(kHostileFrame) + "\r\n";
+    default:
+      return "GET";
+  }
+}
+
 }  // namespace
 
 HostileMessage make_message(Protocol protocol, uint32_t kind, Conversation* conversation) {
@@ -338,6 +362,8 @@ HostileMessage make_message(Protocol protocol, uint32_t kind, Conversation* conv
       return {to_bytes(mqtt_bytes(kind, conversation))};
     case Protocol::Local:
       return local_bytes(kind, conversation);
+    case Protocol::Http:
+      return {to_bytes(http_bytes(kind, conversation))};
     default:
       return {to_bytes(grpc_bytes(protocol, kind, conversation))};
   }

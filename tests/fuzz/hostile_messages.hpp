@@ -23,7 +23,8 @@ enum class Protocol : uint8_t {
   TensorService,  // gRPC
   Inference,      // gRPC
   Mqtt,
-  Local
+  Local,
+  Http  // the page of metrics
 };
 
 // What the next message of one connection depends on.

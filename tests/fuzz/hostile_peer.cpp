@@ -15,6 +15,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <future>
 #include <iterator>
 #include <mutex>
@@ -23,8 +24,10 @@
 #include <utility>
 
 #include "fuzz_input.hpp"
+#include "gstcpp/element/ref.hpp"
 #include "honest_peers.hpp"
 #include "hostile_sockets.hpp"
+#include "serve/metrics_server.hpp"
 
 // Of AddressSanitizer; GCC has no header for it.
 extern "C" size_t __sanitizer_get_current_allocated_bytes();
@@ -67,7 +70,7 @@ constexpr int kMaxKeptDescriptors = 16;
 struct Subject {
   Protocol protocol;
   bool (*honest)(const Place&);  // a client of it; null: it is a client
-  const char* pipeline;
+  const char* pipeline;          // null: the page of metrics, which is no element
 };
 constexpr Subject kSubjects[] = {
     {Protocol::Stream, receives_stream, FRAMES "edgesink name=server port=0 max-buffers=4" SINK},
@@ -107,6 +110,7 @@ constexpr Subject kSubjects[] = {
      FRAMES "edgesink name=server protocol=local path=PATH drop=true max-buffers=4" SINK},
     {Protocol::Local, nullptr, "edgesrc protocol=local path=PATH" END},
     {Protocol::Local, nullptr, "edgesrc protocol=local path=PATH reconnect=true" END},
+    {Protocol::Http, reads_metrics, nullptr},
 };
 
 bool has_trace() {
@@ -248,6 +252,43 @@ class Pipeline {
   std::thread feeder_;
 };
 
+// The page of metrics of `weir serve`, and the main context that it needs.
+class MetricsPage {
+ public:
+  MetricsPage() {
+    std::promise<uint16_t> opened;
+    auto port = opened.get_future();
+    thread_ = std::thread([this, &opened] { run(&opened); });
+    port_ = port.get();
+  }
+  MetricsPage(const MetricsPage&) = delete;
+  MetricsPage& operator=(const MetricsPage&) = delete;
+  ~MetricsPage() { stop(); }
+
+  uint16_t port() const { return port_; }
+  void stop() {
+    g_main_loop_quit(loop_.get());
+    if (thread_.joinable()) thread_.join();
+  }
+
+ private:
+  void run(std::promise<uint16_t>* opened) {
+    auto server =
+        weir::app::MetricsServer::open({.host = "127.0.0.1", .port = "0", .unix_path = {}},
+                                       [] { return std::string(kHonestFrame); });
+    require(server.has_value(), "the page of metrics is served");
+    opened->set_value((*server)->port());
+    g_main_loop_run(loop_.get());
+    server->reset();
+    while (g_main_context_iteration(nullptr, FALSE)) {  // its connections end
+    }
+  }
+
+  const weir::gst::Unique<GMainLoop, g_main_loop_unref> loop_{g_main_loop_new(nullptr, FALSE)};
+  std::thread thread_;
+  uint16_t port_ = 0;
+};
+
 const std::string& socket_path() {
   static const std::string path = [] {
     std::string folder = std::filesystem::temp_directory_path() / "weir-fuzz-XXXXXX";
@@ -269,19 +310,31 @@ std::string describe(const Subject& subject, uint16_t port) {
   return out;
 }
 
-void play_server(const Subject& subject, FuzzInput* input, Watchdog* watchdog) {
-  Pipeline pipeline(describe(subject, 0));
-  watchdog->enter("start", kMaxStart);
-  require(pipeline.set_state(GST_STATE_PLAYING), "the server starts");
-  const bool has_port = subject.protocol != Protocol::Local;
-  const Place place{has_port ? pipeline.port() : uint16_t{0}, socket_path(), pipeline.get()};
+// The hostile peer stays until the server has stopped.
+void play_against_server(const Subject& subject, const Place& place, FuzzInput* input,
+                         Watchdog* watchdog, const std::function<void()>& stop) {
   HostilePeer peer({subject.protocol, true, place.port, place.path});
   watchdog->enter("play", kMaxStop);
   peer.play(input);
   watchdog->enter("serve an honest client", kMaxService);
   while (!subject.honest(place)) std::this_thread::sleep_for(10ms);
   watchdog->enter("stop the server", kMaxStop);
-  pipeline.set_state(GST_STATE_NULL);
+  stop();
+}
+
+void play_server(const Subject& subject, FuzzInput* input, Watchdog* watchdog) {
+  Pipeline pipeline(describe(subject, 0));
+  watchdog->enter("start", kMaxStart);
+  require(pipeline.set_state(GST_STATE_PLAYING), "the server starts");
+  const bool has_port = subject.protocol != Protocol::Local;
+  const Place place{has_port ? pipeline.port() : uint16_t{0}, socket_path(), pipeline.get()};
+  play_against_server(subject, place, input, watchdog, [&] { pipeline.set_state(GST_STATE_NULL); });
+}
+
+void play_metrics(const Subject& subject, FuzzInput* input, Watchdog* watchdog) {
+  watchdog->enter("start", kMaxStart);
+  MetricsPage page;
+  play_against_server(subject, {page.port(), {}, nullptr}, input, watchdog, [&] { page.stop(); });
 }
 
 void play_client(const Subject& subject, FuzzInput* input, Watchdog* watchdog) {
@@ -336,11 +389,14 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   [[maybe_unused]] static const bool initialised = (initialise(), true);
   FuzzInput input(data, size);
   const Subject& subject = kSubjects[input.below(std::size(kSubjects))];
-  if (has_trace()) std::fprintf(stderr, "%s\n", subject.pipeline);
+  if (has_trace())
+    std::fprintf(stderr, "%s\n", subject.pipeline ? subject.pipeline : "the page of metrics");
   const size_t bytes = __sanitizer_get_current_allocated_bytes();
   const size_t descriptors = count_descriptors();
   Watchdog watchdog;
-  (subject.honest ? play_server : play_client)(subject, &input, &watchdog);
+  (!subject.pipeline ? play_metrics
+   : subject.honest  ? play_server
+                     : play_client)(subject, &input, &watchdog);
   const bool has_library = subject.protocol == Protocol::TensorService ||
                            subject.protocol == Protocol::Inference ||
                            subject.protocol == Protocol::Mqtt;

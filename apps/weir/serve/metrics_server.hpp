@@ -9,7 +9,7 @@
 #include <string>
 
 #include "gstcpp/element/ref.hpp"
-#include "serve/served_models.hpp"
+#include "serve/listen_address.hpp"
 #include "weir/result.hpp"
 
 namespace weir::app {
