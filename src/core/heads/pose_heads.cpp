@@ -342,7 +342,9 @@ Match fit(const ModelSignature& model) {
   const bool has_cells = model.input.width == 0 || (layout->width * kMinCell <= model.input.width &&
                                                     layout->width * kMaxCell >= model.input.width);
   if (!has_cells) return Match::No;
-  const bool is_named = any_name_has(model, "heatmap") || any_name_has(model, "keypoint");
+  // One map of this name is of what draws attention, or of text.
+  const bool is_named =
+      layout->points > 1 && (any_name_has(model, "heatmap") || any_name_has(model, "keypoint"));
   return is_named ? Match::Certain : Match::Possible;
 }
 

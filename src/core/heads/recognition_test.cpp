@@ -203,6 +203,7 @@ TEST(Recognition, TheNumberOfMapsDecidesNotTheirSides) {
     EXPECT_EQ(names(sides + ":4:1", side, "keypoint_maps"), (Names{"heat-maps"})) << side;
     for (const char* points : {"5", "15", "17", "20", "29"})
       EXPECT_EQ(names(sides + ":" + points + ":1", side), (Names{"heat-maps"})) << points;
+    EXPECT_GT(names(sides + ":1:1", side, "heatmap").size(), 1u) << "of what draws attention, say";
   }
 }
 

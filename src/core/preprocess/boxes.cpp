@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <string>
 
 #include "weir/results.hpp"
 #include "weir/source_map.hpp"
@@ -69,18 +70,34 @@ PictureBox make_upright(const PictureBox& box) noexcept {
   return out;
 }
 
-PictureScale scale_between(Size from, Size to) noexcept {
+std::optional<PictureScale> find_scale(Size from, Size to, double pixel_aspect) noexcept {
   const bool are_known = from.width > 0 && from.height > 0 && to.width > 0 && to.height > 0;
-  if (!are_known) return {};
-  return {static_cast<double>(to.width) / from.width, static_cast<double>(to.height) / from.height};
+  if (!are_known) return PictureScale{};
+  const PictureScale scale{static_cast<double>(to.width) / from.width,
+                           static_cast<double>(to.height) / from.height};
+  if (to.width > from.width || to.height > from.height) return scale;
+  // Sides are rounded to what a codec or a model accepts, unless one of them stays.
+  constexpr double kRounding = 0.05;
+  const bool keeps_side = to.width == from.width || to.height == from.height;
+  const double tolerance = keeps_side ? 1.0 / std::min(to.width, to.height) : kRounding;
+  const double ratio = scale.x / scale.y;
+  const bool is_whole =
+      std::abs(ratio - 1) <= tolerance || std::abs(ratio * pixel_aspect - 1) <= tolerance;
+  return is_whole ? std::optional(scale) : std::nullopt;
 }
 
-bool have_same_view(Size from, Size to, double pixel_aspect) noexcept {
-  const PictureScale scale = scale_between(from, to);
-  const double tolerance =
-      1.0 / std::max(1u, std::min({from.width, from.height, to.width, to.height}));
-  const double ratio = scale.x / scale.y;
-  return std::abs(ratio - 1) <= tolerance || std::abs(ratio * pixel_aspect - 1) <= tolerance;
+Error boxes_of_another_view(Size from, Size to) {
+  const auto text = [](Size size) {
+    return std::to_string(size.width) + " x " + std::to_string(size.height);
+  };
+  return {.code = Code::SPEC_MISMATCH,
+          .what =
+              "the boxes of results are used as they are: their picture has other "
+              "proportions, so this one may be a part of it",
+          .offered = "results of a picture of " + text(from),
+          .needed = text(to) +
+                    " or the same proportions; crop=LEFT:TOP:WIDTH:HEIGHT of "
+                    "tensor_preprocess cuts a part out of the whole picture"};
 }
 
 Roi make_region(const PictureBox& box, const RegionShape& shape, const PictureScale& scale) {
@@ -88,9 +105,12 @@ Roi make_region(const PictureBox& box, const RegionShape& shape, const PictureSc
   PictureBox in = is_rotated ? box : make_upright(box);
   in.left *= scale.x, in.right *= scale.x, in.top *= scale.y, in.bottom *= scale.y;
   const double width = in.right - in.left, height = in.bottom - in.top;
-  Roi out = shape == RegionShape{} ? make_box(in.left, in.top, in.right, in.bottom)
-                                   : make_shaped({in.left + width / 2, in.top + height / 2}, width,
-                                                 height, is_rotated ? box.rotation : 0, shape);
+  const bool has_area = box.right > box.left && box.bottom > box.top;  // else no shape has one
+  Roi out;
+  if (has_area)
+    out = shape == RegionShape{} ? make_box(in.left, in.top, in.right, in.bottom)
+                                 : make_shaped({in.left + width / 2, in.top + height / 2}, width,
+                                               height, is_rotated ? box.rotation : 0, shape);
   out.row = box.row;
   return out;
 }

@@ -3,6 +3,7 @@
 #pragma once
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -35,12 +36,13 @@ PictureBox make_upright(const PictureBox& box) noexcept;
 struct PictureScale {
   double x = 1, y = 1;
 };
-// The factors of the sides; 1 if a size is not known (0 x 0).
-PictureScale scale_between(Size from, Size to) noexcept;
-// Whether pictures of these sizes can show the same: their sides have the same factor, within a
-// pixel, also where the pixels of `to` are not square. `pixel_aspect` is their width by their
+// The factors from boxes of one picture to another one, 1 if a size is not known (0 x 0). nullopt
+// if the other may be a part that was cut out of the one: it is not larger, and its sides have
+// other factors, also where its pixels are not square. `pixel_aspect` is their width by their
 // height.
-bool have_same_view(Size from, Size to, double pixel_aspect) noexcept;
+std::optional<PictureScale> find_scale(Size from, Size to, double pixel_aspect) noexcept;
+// A warning about boxes that are used as they are, because find_scale() found no factors.
+Error boxes_of_another_view(Size from, Size to);
 
 // The region of a box that is scaled to another picture first. Then its edges are rounded to whole
 // pixels. Empty if a number is not finite or there is no area.

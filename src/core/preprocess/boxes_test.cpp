@@ -126,15 +126,45 @@ TEST(PictureBoxes, AreScaledBeforeTheyAreShapedAndRounded) {
   EXPECT_EQ(make_region({.left = 0, .top = 0, .right = NAN, .bottom = 1}, {}, {2, 2}), Roi{});
 }
 
-TEST(PictureBoxes, OfPicturesWithOtherProportionsAreNotScaled) {
+TEST(PictureBoxes, OfWholePicturesAreScaled) {
+  const Size hd{1920, 1080}, square{300, 300};
+  const auto scales = [](Size from, Size to, double pixel_aspect = 1) {
+    const auto scale = find_scale(from, to, pixel_aspect);
+    return scale && scale->x == double{1} * to.width / from.width &&
+           scale->y == double{1} * to.height / from.height;
+  };
+  EXPECT_TRUE(scales(hd, {640, 360}));
+  EXPECT_TRUE(scales(hd, {300, 169})) << "rounded";
+  EXPECT_TRUE(scales({640, 368}, {320, 176})) << "rounded to 16";
+  EXPECT_TRUE(scales(hd, {960, 1080}, 2)) << "wide pixels";
+  EXPECT_TRUE(scales({960, 1080}, {480, 540}, 2));
+  // A part is not larger than the whole.
+  EXPECT_TRUE(scales(square, hd));
+  EXPECT_TRUE(scales(square, {640, 240}));
+  EXPECT_TRUE(scales({640, 480}, hd));
+}
+
+TEST(PictureBoxes, OfOtherPartsOfAPictureAreNotScaled) {
   const Size hd{1920, 1080};
-  EXPECT_TRUE(have_same_view(hd, {640, 360}, 1));
-  EXPECT_TRUE(have_same_view(hd, {300, 169}, 1)) << "rounded";
-  EXPECT_FALSE(have_same_view(hd, {960, 1080}, 1)) << "half of it";
-  EXPECT_TRUE(have_same_view(hd, {960, 1080}, 2)) << "wide pixels";
-  EXPECT_TRUE(have_same_view({960, 1080}, {480, 540}, 2));
-  EXPECT_FALSE(have_same_view(hd, {1910, 1080}, 1));
-  EXPECT_TRUE(have_same_view({}, hd, 1)) << "not known";
+  for (const Size part : {Size{960, 1080}, Size{1920, 540}, Size{1910, 1080}, Size{800, 800}})
+    EXPECT_FALSE(find_scale(hd, part, 1)) << part.width;
+  EXPECT_FALSE(find_scale({640, 368}, {640, 360}, 1)) << "rows that a codec adds";
+  for (const auto& [from, to] : {std::pair{Size{}, hd}, {hd, Size{}}}) {
+    const auto scale = find_scale(from, to, 1);
+    ASSERT_TRUE(scale) << "not known";
+    EXPECT_EQ(scale->x, 1);
+    EXPECT_EQ(scale->y, 1);
+  }
+}
+
+TEST(PictureBoxes, WithoutAreaHaveNoShape) {
+  const RegionShape shapes[] = {{}, {.is_square = true}, {.scale = 3, .follows_rotation = true}};
+  for (const RegionShape& shape : shapes) {
+    EXPECT_EQ(make_region({.left = 20, .top = 20, .right = 20, .bottom = 50, .row = 2}, shape),
+              (Roi{0, 0, 0, 0, 2}));
+    EXPECT_EQ(make_region({.left = 20, .top = 20, .right = 15, .bottom = 50, .rotation = 1}, shape),
+              Roi{});
+  }
 }
 
 }  // namespace boxes_test

@@ -64,8 +64,8 @@ class Sampler {
 };
 
 uint32_t points_along(double step) noexcept {
-  constexpr double kMost = 16;
-  return static_cast<uint32_t>(std::clamp(std::ceil(step), 1.0, kMost));
+  constexpr double kMax = 16;
+  return static_cast<uint32_t>(std::clamp(std::ceil(step), 1.0, kMax));
 }
 
 }  // namespace

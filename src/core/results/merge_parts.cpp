@@ -5,6 +5,7 @@
 #include <cmath>
 #include <map>
 #include <numeric>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -76,13 +77,19 @@ Box get_reach(const Object& object) noexcept {
 class Merging {
  public:
   Merging(const PictureParts& parts, float max_overlap, FrameResults* results)
-      : parts_(parts), max_overlap_(max_overlap), results_(results) {
+      : parts_(parts),
+        max_overlap_(max_overlap),
+        results_(results),
+        is_kept_(results->objects.size()),
+        kept_(parts.boxes.size()) {
     reaches_.assign(parts.boxes.begin(), parts.boxes.end());
     for (size_t i = 0; i < results->objects.size(); ++i) {
       const uint32_t part = parts.part_of[i];
       is_cut_.push_back(is_cut(results->objects[i].box, parts.boxes[part], parts.picture));
       extend(&reaches_[part], get_reach(results->objects[i]));
     }
+    for (uint32_t part = 0; part < reaches_.size(); ++part)
+      neighbours_.push_back(parts_at(reaches_[part], part));
   }
 
   // The objects that stay. Complete ones first, so that pieces are added to them. Those that no
@@ -96,18 +103,13 @@ class Merging {
     const size_t compared = std::min(static_cast<size_t>(shared - order.begin()), kMaxCompared);
     const auto end = order.begin() + static_cast<std::ptrdiff_t>(compared);
     std::stable_partition(order.begin(), end, [&](uint32_t i) { return !is_cut_[i]; });
-    std::vector<uint32_t> kept;
-    for (auto index = order.begin(); index != end; ++index) {
-      const auto same = std::find_if(kept.begin(), kept.end(),
-                                     [&](uint32_t other) { return are_same(other, *index); });
-      if (same == kept.end())
-        kept.push_back(*index);
-      else
-        merge(*index, *same);
-    }
-    kept.insert(kept.end(), end, order.end());
-    sort_by_score(&kept);
-    return kept;
+    rank_.resize(order.size());
+    for (uint32_t rank = 0; rank < order.size(); ++rank) rank_[order[rank]] = rank;
+    std::for_each(order.begin(), end, [&](uint32_t index) { add(index); });
+    const auto kept = std::remove_if(order.begin(), end, [&](uint32_t i) { return !is_kept_[i]; });
+    order.erase(kept, end);
+    sort_by_score(&order);
+    return order;
   }
 
  private:
@@ -117,13 +119,45 @@ class Merging {
     });
   }
 
-  // Whether the object lies where another part or its objects are too.
+  // The other parts that the box meets, with their objects.
+  std::vector<uint32_t> parts_at(const Box& reach, uint32_t own) const {
+    std::vector<uint32_t> out;
+    for (uint32_t part = 0; part < reaches_.size(); ++part)
+      if (part != own && common_part(reach, reaches_[part]).area() > 0) out.push_back(part);
+    return out;
+  }
   bool may_be_shared(uint32_t index) const {
     const Box reach = get_reach(results_->objects[index]);
-    for (uint32_t part = 0; part < reaches_.size(); ++part)
-      if (part != parts_.part_of[index] && common_part(reach, reaches_[part]).area() > 0)
-        return true;
-    return false;
+    const auto& near = neighbours_[parts_.part_of[index]];
+    return std::any_of(near.begin(), near.end(), [&](uint32_t part) {
+      return common_part(reach, reaches_[part]).area() > 0;
+    });
+  }
+
+  // Keeps the object, or merges it. One that grew may be the same as another one now, and is found
+  // from the parts of both.
+  void add(uint32_t index) {
+    std::vector<uint32_t> own{parts_.part_of[index]};
+    auto near = neighbours_[own[0]];
+    for (auto same = find_same(index, near); same; same = find_same(index, near)) {
+      if (!merge(index, *same)) return;
+      index = *same;
+      is_kept_[index] = false;
+      own.push_back(parts_.part_of[index]);
+      near.insert(near.end(), neighbours_[own.back()].begin(), neighbours_[own.back()].end());
+    }
+    is_kept_[index] = true;
+    for (const uint32_t part : own) kept_[part].push_back(index);
+  }
+
+  // The first of the kept objects in these parts that is the same.
+  std::optional<uint32_t> find_same(uint32_t index, const std::vector<uint32_t>& near) const {
+    std::optional<uint32_t> out;
+    for (const uint32_t part : near)
+      for (const uint32_t other : kept_[part])
+        if (is_kept_[other] && (!out || rank_[other] < rank_[*out]) && are_same(other, index))
+          out = other;
+    return out;
   }
 
   bool are_same(uint32_t a, uint32_t b) const {
@@ -137,19 +171,26 @@ class Merging {
     return overlap(first.box, second.box, share) > max_overlap_;
   }
 
-  void merge(uint32_t from, uint32_t to) {
+  // Whether `to` grew.
+  bool merge(uint32_t from, uint32_t to) {
     Object& object = results_->objects[to];
     object.score = std::max(object.score, results_->objects[from].score);
     const bool is_upright = object.rotation == 0 && results_->objects[from].rotation == 0;
+    const Box before = object.box;
     if (is_cut_[to] && is_upright && results_->masks.empty())
       extend(&object.box, results_->objects[from].box);
+    return object.box.area() > before.area();
   }
 
   PictureParts parts_;
   float max_overlap_;
   FrameResults* results_;
   std::vector<bool> is_cut_;
-  std::vector<Box> reaches_;  // around each part and its objects
+  std::vector<uint32_t> rank_;                     // of each object; the first one stays
+  std::vector<Box> reaches_;                       // around each part and its objects
+  std::vector<std::vector<uint32_t>> neighbours_;  // of each part
+  std::vector<bool> is_kept_;                      // each object
+  std::vector<std::vector<uint32_t>> kept_;        // objects of each part; some are not any more
 };
 
 using Interval = std::pair<float, float>;

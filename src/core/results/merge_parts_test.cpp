@@ -4,6 +4,8 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
+
 namespace weir::results {
 namespace merge_parts_test {
 
@@ -17,13 +19,14 @@ Object seen(Box box, float score, int32_t class_index = 0) {
 }
 
 FrameResults merged(std::vector<Object> objects, const std::vector<uint32_t>& part_of,
-                    size_t max = 100) {
+                    size_t max = 100, const std::vector<Box>& tiles = kTiles,
+                    Size picture = {180, 100}) {
   FrameResults out;
   out.objects = std::move(objects);
   out.points_per_object = 1;
   for (size_t i = 0; i < out.objects.size(); ++i)
     out.points.push_back({static_cast<float>(i), 0, 1});
-  merge_parts({.boxes = kTiles, .part_of = part_of, .picture = {180, 100}}, 0.45f, max, &out);
+  merge_parts({.boxes = tiles, .part_of = part_of, .picture = picture}, 0.45f, max, &out);
   return out;
 }
 
@@ -49,6 +52,20 @@ TEST(MergeParts, TwoPiecesAreTheBoxAroundBoth) {
   const auto near = merged({seen({70, 20, 100, 40}, 0.9f), seen({80, 21, 110, 41}, 0.7f)}, {0, 1});
   ASSERT_EQ(near.objects.size(), 1u);
   EXPECT_EQ(near.objects[0], seen({70, 20, 110, 41}, 0.9f));
+}
+
+TEST(MergeParts, PiecesInThreePartsAreOne) {
+  const std::vector<Box> tiles{{0, 0, 100, 100}, {50, 0, 150, 100}, {100, 0, 200, 100}};
+  const Box left{20, 20, 100, 40}, middle{50, 20, 150, 40}, right{100, 20, 190, 40};
+  for (const auto& scores :
+       {std::array{0.9f, 0.7f, 0.8f}, {0.8f, 0.9f, 0.7f}, {0.7f, 0.8f, 0.9f}}) {
+    const auto out =
+        merged({seen(left, scores[0]), seen(middle, scores[1]), seen(right, scores[2])}, {0, 1, 2},
+               100, tiles, {200, 100});
+    ASSERT_EQ(out.objects.size(), 1u) << scores[0];
+    EXPECT_EQ(out.objects[0], seen({20, 20, 190, 40}, 0.9f));
+    EXPECT_EQ(out.points.size(), 1u);
+  }
 }
 
 TEST(MergeParts, OthersStay) {

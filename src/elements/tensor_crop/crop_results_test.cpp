@@ -76,11 +76,27 @@ TEST(CropResults, MoveFromAPictureOfAnotherSize) {
   ResultCrop crop(kDetections);
   auto raw = make_buffer({picture()}, 0);
   gst::set_source_maps(raw.get(), {picture_as_it_is(5, 4, false)});
-  auto info = make_buffer({make_rows({{1, 0, 100, 0, 300, 200}}, 6)}, 0);
-  gst::set_source_maps(info.get(), {picture_as_it_is(500, 800, true)});
+  auto info = make_buffer({make_rows({{1, 0, 100, 0, 300, 100}}, 6)}, 0);
+  gst::set_source_maps(info.get(), {picture_as_it_is(500, 400, true)});
   crop.push_both(raw, info);
   EXPECT_EQ(read_memories(crop.buffers().at(0).get()),
             (std::vector<Bytes>{region({2, 2, 1}, {2, 3, 4, 5})}));
+}
+
+// The lower half of the picture has been cut off.
+TEST(CropResults, StayWhereTheTensorMayBeAPart) {
+  ResultCrop crop(kDetections);
+  for (int i = 0; i < 2; ++i) {
+    auto raw = make_buffer({picture()}, i);
+    gst::set_source_maps(raw.get(), {picture_as_it_is(5, 4, false)});
+    auto info = make_buffer({make_rows({{1, 0, 1, 0, 3, 1}}, 6)}, i);
+    gst::set_source_maps(info.get(), {picture_as_it_is(5, 8, true)});
+    crop.push_both(raw, info);
+    EXPECT_EQ(read_memories(crop.buffers().at(i).get()),
+              (std::vector<Bytes>{region({2, 2, 1}, {2, 3, 4, 5})}));
+  }
+  EXPECT_SAYS(crop.warning(), "results of a picture of 5 x 8");
+  EXPECT_EQ(crop.warning(), "") << "once per stream";
 }
 
 TEST(CropResults, AreRoundedInTheTensorOnly) {

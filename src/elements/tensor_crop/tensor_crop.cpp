@@ -38,15 +38,6 @@ SourceMap map_of_part(const SourceMap& map, const Rect& region) {
                      along(map.y_dimension, region.width, region.height, map.height));
 }
 
-// `map` for points of the same picture in another size, that of `other`.
-SourceMap map_from_picture_of(const SourceMap& other, SourceMap map) {
-  const auto [x, y] = preprocess::scale_between({map.source_width, map.source_height},
-                                                {other.source_width, other.source_height});
-  map.xx *= x, map.xy *= x, map.x0 *= x;
-  map.yx *= y, map.yy *= y, map.y0 *= y;
-  return map;
-}
-
 uint32_t side(const TensorSpec& whole, size_t dimension) {
   return std::max<uint32_t>(whole.shape[dimension], 1);
 }
@@ -209,8 +200,22 @@ class TensorCrop : public gst::Element<TensorCrop, gst::PlainElement>, public gs
     SourceMap map =
         raw_maps.empty() ? picture_as_it_is(side(whole, 1), side(whole, 2), false) : raw_maps[0];
     if (auto s = check_picture_dimensions(map); !s) return gst::on_pad(s.error(), "raw");
-    if (!info_maps.empty()) map = map_from_picture_of(info_maps[0], map);
+    if (!info_maps.empty()) scale_to(info_maps[0], &map);
     return read_regions(boxes, map, side(whole, 1), side(whole, 2));
+  }
+
+  // Makes `map` one to the picture of `other`, unless it may show only a part of that.
+  void scale_to(const SourceMap& other, SourceMap* map) {
+    const Size from{other.source_width, other.source_height};
+    const Size to{map->source_width, map->source_height};
+    const auto scale = preprocess::find_scale(from, to, 1);
+    if (!scale) {
+      if (!std::exchange(has_warned_, true))
+        gst::post_warning(element(), preprocess::boxes_of_another_view(from, to));
+      return;
+    }
+    map->xx /= scale->x, map->xy /= scale->x, map->x0 /= scale->x;
+    map->yx /= scale->y, map->yy /= scale->y, map->y0 /= scale->y;
   }
 
   // The size of a buffer with the regions and their headers. Regions may overlap, so the sum may be

@@ -80,7 +80,7 @@ TEST(ResultDecoder, WarnsOnceOfValuesThatContradictTheReading) {
   EXPECT_SAYS(warning, "the coordinates contradict the setting unit");
   EXPECT_SAYS(warning, "custom=unit:pixels");
   EXPECT_EQ(messages.next_warning(), "");
-  gst_util_set_object_arg(G_OBJECT(h->element), "threshold", "0.3");  // opens the decoder again
+  gst_harness_set(h.get(), "tensor_decoder", "threshold", 0.3, nullptr);  // opens it again
   gst_harness_push(h.get(), frame(yolo(kTwo)));
   EXPECT_EQ(messages.next_warning(), "") << "the same text";
 }
@@ -245,6 +245,17 @@ TEST_F(ResultCards, NameTheClassesOfACopyWithAnotherName) {
   before ? static_cast<void>(g_setenv("WEIR_CARD_PATH", kept.c_str(), TRUE))
          : g_unsetenv("WEIR_CARD_PATH");
   EXPECT_EQ(sent_labels(h), (LabelsOfSource{"mine", kThree}));
+}
+
+TEST_F(ResultCards, NameTheClassesWhenTheLabelsAreTakenBack) {
+  const std::string file = folder_ + "/own.txt";
+  std::ofstream(file) << "a\nb\nc\n";
+  const auto h = make_harness("tensor_decoder mode=detection labels=" + file);
+  begin(h, kYoloCaps, &model_);
+  EXPECT_EQ(sent_labels(h), (LabelsOfSource{"shapes", {"a", "b", "c"}}));
+  gst_harness_set(h.get(), "tensor_decoder", "labels", "", nullptr);
+  decoded_rows(h, frame(yolo(kTwo)));
+  EXPECT_EQ(sent_labels(h), (LabelsOfSource{"shapes", kThree}));
 }
 
 TEST_F(ResultCards, OfAnotherFileNameNothing) {

@@ -347,6 +347,11 @@ class TensorDecoder : public gst::CountedTransform<TensorDecoder> {
   Status follow(const Settings& wanted) {
     auto opened = open_as(wanted);
     if (!opened) return opened.error();
+    if (model_ && decoder_->uses_model() && wanted.labels.value_or("").empty()) {
+      DescribedModel described = *model_;
+      labels_.add_card_labels(&described);
+      model_ = std::make_shared<const DescribedModel>(std::move(described));
+    }
     opened->decoder->set_model(model_);
     opened->probe->set_model(model_);
     // GstBaseTransform does not set unchanged caps again, so the decoder is configured here.

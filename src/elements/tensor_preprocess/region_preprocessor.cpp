@@ -15,27 +15,6 @@ namespace weir {
 using preprocess::Preparation;
 using preprocess::PreprocessPlan;
 
-namespace {
-
-std::string size_text(Size size) {
-  return std::to_string(size.width) + " x " + std::to_string(size.height);
-}
-
-Error boxes_of_another_view(Size from, Size picture) {
-  Error out{.code = Code::SPEC_MISMATCH,
-            .what =
-                "the boxes of results are used as they are: their picture has other "
-                "proportions, so it may be another part of the scene",
-            .offered = "results of a picture of " + size_text(from),
-            .needed = size_text(picture) + ", or the same proportions"};
-  if (picture.width <= from.width && picture.height <= from.height)
-    out.fix = "tensor_preprocess regions=pad crop=0:0:" + std::to_string(picture.width) + ":" +
-              std::to_string(picture.height);
-  return out;
-}
-
-}  // namespace
-
 RegionPreprocessor::RegionPreprocessor(const GstVideoInfo& video, PreprocessPlan whole,
                                        const RegionOptions& options, BatchPool pool, size_t threads)
     : video_(video),
@@ -78,9 +57,8 @@ preprocess::PictureScale RegionPreprocessor::find_scale(Size memory) {
   const Size from = boxes_->picture;
   const double pixel_aspect =
       static_cast<double>(GST_VIDEO_INFO_PAR_N(&video_)) / GST_VIDEO_INFO_PAR_D(&video_);
-  if (preprocess::have_same_view(from, memory, pixel_aspect))
-    return preprocess::scale_between(from, memory);
-  if (!std::exchange(has_warned_, true)) warning_ = boxes_of_another_view(from, memory);
+  if (const auto scale = preprocess::find_scale(from, memory, pixel_aspect)) return *scale;
+  if (!std::exchange(has_warned_, true)) warning_ = preprocess::boxes_of_another_view(from, memory);
   return {};
 }
 

@@ -236,8 +236,8 @@ TEST(RegionsPad, LeavesTheBoxesOfAnotherPartOfThePicture) {
   }
   const auto warning = errors.next_warning();
   EXPECT_SAYS(warning, "results of a picture of 8 x 3");
-  EXPECT_SAYS(warning, "needed: 4 x 3, or the same proportions");
-  EXPECT_SAYS(warning, "crop=0:0:4:3");
+  EXPECT_SAYS(warning, "needed: 4 x 3 or the same proportions");
+  EXPECT_SAYS(warning, "crop=LEFT:TOP:WIDTH:HEIGHT of tensor_preprocess");
   EXPECT_EQ(errors.next_warning(), "") << "once per stream";
 }
 
