@@ -81,6 +81,7 @@ std::vector<net::TensorText> describe_tensors(const std::vector<TensorSpec>& ten
                                               const std::string& name,
                                               const std::vector<std::string>& names) {
   std::vector<ModelTensor> out;
+  out.reserve(tensors.size());
   for (const auto& tensor : tensors) out.push_back(model_tensor(tensor));
   return describe_tensors(out, name, names);
 }

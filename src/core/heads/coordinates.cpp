@@ -64,6 +64,15 @@ std::optional<Error> UnitOfNumbers::contradiction() const {
       .fix = names[found == Unit::Picture]};
 }
 
+namespace {
+
+// Left, top, right and bottom.
+void clip(float width, float height, float (&edges)[4]) {
+  for (size_t i = 0; i < 4; ++i) edges[i] = std::clamp(edges[i], 0.0f, i % 2 == 0 ? width : height);
+}
+
+}  // namespace
+
 void CornerBoxes::add(std::span<const float, 4> box, float score, float class_index, size_t row) {
   constexpr float kMaxClasses = 1 << 24;
   // Class numbers of quantised outputs are between whole numbers: 1 is 0.996 for a scale of
@@ -89,9 +98,7 @@ detection::Candidates CornerBoxes::take(Size input) {
   const bool is_clipped = are_clipped_ && (are_parts || input.width > 0);
   for (detection::Candidate& candidate : found_) {
     float edges[] = {candidate.x, candidate.y, candidate.width, candidate.height};
-    if (is_clipped)
-      for (size_t i = 0; i < 4; ++i)
-        edges[i] = std::clamp(edges[i], 0.0f, are_parts ? 1 : i % 2 == 0 ? width : height);
+    if (is_clipped) clip(are_parts ? 1 : width, are_parts ? 1 : height, edges);
     candidate.x = edges[0], candidate.width = edges[2] - edges[0];
     candidate.y = edges[1], candidate.height = edges[3] - edges[1];
     if (!are_parts) continue;
