@@ -18,6 +18,7 @@
 #include "net/protocol/oip_types.hpp"
 #include "net/server/model_server.hpp"
 #include "net/server/server_security.hpp"
+#include "weir/results.h"
 
 namespace weir {
 namespace {
@@ -84,6 +85,37 @@ std::vector<net::TensorText> describe_tensors(const std::vector<TensorSpec>& ten
   out.reserve(tensors.size());
   for (const auto& tensor : tensors) out.push_back(model_tensor(tensor));
   return describe_tensors(out, name, names);
+}
+
+// A table of results; its number of rows differs from frame to frame.
+ModelTensor describe_results(const ResultRole& role) {
+  weir_result_columns columns;
+  if (!weir_results_parse(role.columns.c_str(), 0, &columns)) return {};
+  switch (columns.kind) {
+    case WEIR_RESULT_ROWS:
+      return {.type = ElementType::Float32, .rank_known = true, .shape = {-1, columns.length}};
+    case WEIR_RESULT_MASKS:
+      return {.type = ElementType::UInt8, .rank_known = true, .shape = {-1, -1, -1}};
+    case WEIR_RESULT_SCORES:
+    case WEIR_RESULT_DEPTH:
+      return {.type = ElementType::Float32, .rank_known = true, .shape = {-1, -1}};
+    case WEIR_RESULT_TEXT:
+      return {.type = ElementType::UInt8, .rank_known = true, .shape = {-1, -1}};
+    case WEIR_RESULT_CLASS_MAP:  // of either width
+      return {.type = ElementType::End, .rank_known = true, .shape = {-1, -1}};
+    default:
+      return {};
+  }
+}
+
+// The tensors of caps; none for flexible ones that are no results, which each frame describes.
+std::vector<net::TensorText> describe_outputs(const GstCaps* caps, const FrameSpec& spec,
+                                              const std::vector<std::string>& names) {
+  std::vector<ModelTensor> results;
+  if (spec.format != Format::Static)
+    for (const auto& role : gst::roles_from_caps(caps)) results.push_back(describe_results(role));
+  return results.empty() ? describe_tensors(spec.tensors, "output", names)
+                         : describe_tensors(results, "output", names);
 }
 
 // A stream that has no tensors, such as image/jpeg or text: one element of bytes.
@@ -156,7 +188,7 @@ class OipQueryServer : public QueryServer {
       spec_ = *std::move(spec);
       outputs_ = model && spec_.format != Format::Static
                      ? describe_tensors(model->outputs, "output", names)
-                     : describe_tensors(spec_.tensors, "output", names);
+                     : describe_outputs(caps, spec_, names);
     }
     names_ = names;
     model_->set_outputs(outputs_);
@@ -167,7 +199,7 @@ class OipQueryServer : public QueryServer {
     if (caps && has_tensors(caps)) {
       const auto spec = gst::spec_from_caps(caps);
       if (!spec) return spec.error();
-      outputs = describe_tensors(spec->tensors, "output", names);
+      outputs = describe_outputs(caps, *spec, names);
     } else if (caps) {
       outputs = describe_bytes("output");
     }

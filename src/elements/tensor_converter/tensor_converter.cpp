@@ -67,6 +67,7 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
     gst_pad_set_chain_function(sink_, (chain<&TensorConverter::on_buffer>));
     gst_pad_set_event_function(sink_, (pad_event<&TensorConverter::on_event>));
     gst_pad_set_query_function(sink_, (pad_query<&TensorConverter::on_query>));
+    gst_pad_set_query_function(source_, (pad_query<&TensorConverter::on_source_query>));
   }
 
   Status check_change(const char*, const Settings& wanted) const {
@@ -203,6 +204,22 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
     if (GST_QUERY_TYPE(query) == GST_QUERY_ALLOCATION && stream_.is_configured()) {
       stream_.offer(query);
       return TRUE;
+    }
+    return gst_pad_query_default(pad, GST_OBJECT_CAST(self()), query);
+  }
+
+  gboolean on_source_query(GstPad* pad, GstQuery* query) {
+    // Before PAUSED, while pads are linked, the template decides: the peer may spell the tensors
+    // differently.
+    if (GST_QUERY_TYPE(query) == GST_QUERY_CAPS && gst_pad_is_active(pad) &&
+        !gst_pad_has_current_caps(sink_)) {
+      GstCaps* filter = nullptr;
+      gst_query_parse_caps(query, &filter);
+      const auto expected = expected_caps(sink_, source_, settings(), filter);
+      if (!gst_caps_is_empty(expected.get())) {
+        gst_query_set_caps_result(query, expected.get());
+        return TRUE;
+      }
     }
     return gst_pad_query_default(pad, GST_OBJECT_CAST(self()), query);
   }

@@ -159,6 +159,17 @@ class TensorDecoder : public gst::CountedTransform<TensorDecoder> {
   }
 
   gboolean query(GstPadDirection direction, GstQuery* query) {
+    if (direction == GST_PAD_SRC && GST_QUERY_TYPE(query) == GST_QUERY_CAPS &&
+        gst_pad_is_active(GST_BASE_TRANSFORM_SRC_PAD(self())) &&
+        !gst_pad_has_current_caps(GST_BASE_TRANSFORM_SINK_PAD(self()))) {
+      GstCaps* filter = nullptr;
+      gst_query_parse_caps(query, &filter);
+      const auto expected = expected_caps(filter);
+      if (!gst_caps_is_empty(expected.get())) {
+        gst_query_set_caps_result(query, expected.get());
+        return TRUE;
+      }
+    }
     if (direction != GST_PAD_SINK || GST_QUERY_TYPE(query) != GST_QUERY_ACCEPT_CAPS)
       return gst::with_static_filter(query, [&](GstQuery* described) {
         return parent_class()->query(self(), direction, described);
@@ -393,6 +404,31 @@ class TensorDecoder : public gst::CountedTransform<TensorDecoder> {
     if (!spec) return spec.error();
     probe_->set_caps(caps);
     return probe_->configure(*spec);
+  }
+
+  // What the source pad will have, before caps: for upstream caps that leave only the framerate
+  // open. Empty if the decoder can read none of them.
+  Ref<GstCaps> expected_caps(const GstCaps* filter) {
+    auto out = Ref<GstCaps>::adopt(gst_caps_new_empty());
+    const auto offered =
+        Ref<GstCaps>::adopt(gst_pad_peer_query_caps(GST_BASE_TRANSFORM_SINK_PAD(self()), nullptr));
+    std::lock_guard lock(probe_mutex_);
+    for (guint i = 0; probe_ && offered && i < gst_caps_get_size(offered.get()); ++i) {
+      const auto input = Ref<GstCaps>::adopt(gst_caps_copy_nth(offered.get(), i));
+      gst_caps_set_simple(input.get(), "framerate", GST_TYPE_FRACTION, 0, 1, nullptr);
+      const auto spec = gst::fixed_spec_from_caps(input.get());
+      if (!spec) continue;
+      probe_->set_caps(input.get());
+      auto made = probe_->configure(*spec);
+      if (!made) continue;
+      auto open = Ref<GstCaps>::adopt(gst_caps_make_writable(made->release()));
+      gst_caps_set_simple(open.get(), "framerate", GST_TYPE_FRACTION_RANGE, 0, 1, G_MAXINT, 1,
+                          nullptr);
+      out = Ref<GstCaps>::adopt(gst_caps_merge(out.release(), open.release()));
+    }
+    return filter ? Ref<GstCaps>::adopt(gst_caps_intersect_full(
+                        const_cast<GstCaps*>(filter), out.get(), GST_CAPS_INTERSECT_FIRST))
+                  : out;
   }
 
   // Posts the reason when GstBaseTransform rejected caps without an error.
