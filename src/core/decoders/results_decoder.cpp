@@ -24,6 +24,7 @@
 #include "core/text/shell_quote.hpp"
 #include "core/text/text.hpp"
 #include "weir/decoder.hpp"
+#include "weir/join.hpp"
 #include "weir/label_file.hpp"
 #include "weir/module.hpp"
 #include "weir/source_map.hpp"
@@ -139,6 +140,32 @@ ResultsSettings read_results_settings(const Options& options) {
     out.input = {size.width, size.height};
   }
   return out;
+}
+
+// Throws Failure (OPTION_VALUE) for a setting of another head.
+void check_custom(const heads::Family& family, const ResultsSettings& settings) {
+  const auto known = parse_name_list(family.custom);
+  const auto is_known = [&](const std::string& key) {
+    return std::find(known.begin(), known.end(), key) != known.end();
+  };
+  const std::string head(family.name);
+  std::string unknown, fix = "head:" + head;
+  for (const auto& [key, value] : settings.custom)
+    if (is_known(key))
+      fix += "," + key + ":" + value;
+    else if (unknown.empty())
+      unknown = key + ":" + value;
+  if (unknown.empty()) return;
+  if (settings.input.width > 0)
+    fix += ",input:" + std::to_string(settings.input.width) + ":" +
+           std::to_string(settings.input.height);
+  if (!settings.name.empty()) fix += ",name:" + settings.name;
+  throw Failure({.code = Code::OPTION_VALUE,
+                 .what = "the head " + head + " does not read this setting",
+                 .offered = "custom=" + unknown,
+                 .needed = known.empty() ? "head, input or name: " + head + " has no settings"
+                                         : "one of: head, input, name, " + join(known, ", "),
+                 .fix = "custom=" + launch_value(fix)});
 }
 
 // Declares these options for a mode whose heads have one of `tasks` (heads::Task).
@@ -262,6 +289,7 @@ class ResultsDecoder {
   }
   void open_head(heads::ModelSignature facts) {
     const heads::Family& family = named_ ? *named_ : heads::recognise(facts, tasks_);
+    check_custom(family, settings_);
     head_ = heads::open_head(family, facts,
                              {.threshold = settings_.threshold.value_or(family.threshold),
                               .custom = settings_.custom,

@@ -50,6 +50,19 @@ TEST(ResultsDecoder, WritesTheObjectsOfARecognisedHead) {
   EXPECT_EQ(run.row(1).class_index(), 0);
 }
 
+TEST(ResultsDecoder, NamesTheSettingsOfAHeadThatIsGivenOthers) {
+  ResultsRun run("detection", {{"keypoints", "3"}, {"name", "two shapes"}, {"unit", "pixels"}});
+  EXPECT_FALSE(run.configure({tensor_of({})}, &kModel));
+  EXPECT_SAYS(run.error, "WEIR-1004: the head yolov8 does not read this setting");
+  EXPECT_SAYS(run.error, "offered: custom=keypoints:3");
+  EXPECT_SAYS(run.error, "needed: one of: head, input, name, unit");
+  EXPECT_SAYS(run.error, "fix: custom='\"head:yolov8,unit:pixels,name:two shapes\"'");
+  ResultsRun without("detection", {{"head", "nanodet"}, {"input", "32:32"}, {"unit", "pixels"}});
+  EXPECT_FALSE(without.configure({{"35:21:1", std::vector<float>(35 * 21)}}));
+  EXPECT_SAYS(without.error, "needed: head, input or name: nanodet has no settings");
+  EXPECT_SAYS(without.error, "fix: custom=head:nanodet,input:32:32");
+}
+
 TEST(ResultsDecoder, AFrameWithoutObjectsHasOneBackgroundRow) {
   ResultsRun run("detection", {});
   ASSERT_TRUE(run.configure({tensor_of({})}, &kModel));

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <charconv>
 
+#include "core/text/shell_quote.hpp"
 #include "core/text/text.hpp"
 #include "weir/join.hpp"
 
@@ -58,6 +59,31 @@ Result<DecoderOptions> make_options(const DecoderSettings& s) {
   if (!custom) return custom.error();
   for (auto& option : *custom) out.named.push_back(std::move(option));
   return out;
+}
+
+Status check_custom(const std::string& mode, std::span<const std::string> declared,
+                    const DecoderOptions& options) {
+  std::vector<std::string> words;  // the corrected list
+  const NamedOption* unknown = nullptr;
+  std::string close;
+  for (const auto& option : options.named) {
+    if (!option.is_custom) continue;
+    const bool is_known = std::find(declared.begin(), declared.end(), option.key) != declared.end();
+    if (is_known) words.push_back(option.key + ":" + option.value);
+    if (is_known || unknown) continue;
+    unknown = &option;
+    close = nearest(option.key, {declared.begin(), declared.end()});
+    if (!close.empty()) words.push_back(close + ":" + option.value);
+  }
+  if (!unknown) return ok();
+  return Error{.code = Code::OPTION_VALUE,
+               .what = "the mode has no such option",
+               .offered = unknown->to_string() + " with mode=" + mode,
+               .needed = declared.empty() ? "no option: mode=" + mode + " takes none"
+                                          : "one of: " + join(declared, ", "),
+               .difference = close.empty() ? "" : "did you mean " + close + "?",
+               .fix = "tensor_decoder mode=" + mode +
+                      (words.empty() ? "" : " custom=" + launch_value(join(words, ",")))};
 }
 
 std::vector<Error> remove_undeclared(const std::string& mode, std::span<const std::string> declared,

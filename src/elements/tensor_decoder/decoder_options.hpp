@@ -40,6 +40,10 @@ struct DecoderOptions {
 // OPTION_SYNTAX if custom= is not key:value,key:value.
 Result<DecoderOptions> make_options(const DecoderSettings& settings);
 
+// OPTION_VALUE if custom= has a key that is not among `declared`.
+Status check_custom(const std::string& mode, std::span<const std::string> declared,
+                    const DecoderOptions& options);
+
 // Removes the named options that are not among `declared`, and those that are set again by custom=.
 // Returns a warning for each.
 std::vector<Error> remove_undeclared(const std::string& mode, std::span<const std::string> declared,

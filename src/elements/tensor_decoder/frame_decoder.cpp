@@ -21,7 +21,9 @@ std::string list(const std::vector<std::string>& names) {
 
 Result<OpenDecoder> of_module(const weir_decoder_type& type, const std::string& mode,
                               DecoderOptions options) {
-  auto warnings = remove_undeclared(mode, infer::option_names(type), &options);
+  const auto declared = infer::option_names(type);
+  if (auto status = check_custom(mode, declared, options); !status) return status.error();
+  auto warnings = remove_undeclared(mode, declared, &options);
   auto decoder = ModuleDecoder::open(type, options);
   if (!decoder) return decoder.error();
   auto probe = ModuleDecoder::open(type, options);

@@ -98,11 +98,26 @@ TEST(NamedOptions, ThatTheModeDoesNotUseAreWarnings) {
   EXPECT_SAYS(warning("mode=octet_stream iou=0.5"), "iou=0.5 with mode=octet_stream");
   EXPECT_SAYS(warning("mode=octet_stream labels=a.txt"), "labels=a.txt");
   EXPECT_SAYS(warning("mode=octet_stream classes=1"), "classes=1");
-  const std::string of_custom = warning("mode=detection custom=haed:yolov8");
-  EXPECT_SAYS(of_custom, "custom=haed:yolov8 with mode=detection");
-  EXPECT_SAYS(of_custom, "did you mean head?");
   EXPECT_SAYS(warning("mode=detection threshold=0.4 custom=threshold:0.9"),
               "an option is set twice; the first value counts");
+}
+
+TEST(NamedOptions, OfCustomMustBeKnown) {
+  const std::string error = get_error("mode=detection custom=name:a,haed:yolov8,input:32:32");
+  EXPECT_SAYS(error, "WEIR-1004: the mode has no such option");
+  EXPECT_SAYS(error, "offered: custom=haed:yolov8 with mode=detection");
+  EXPECT_SAYS(error, "needed: one of: threshold, iou, labels, max-results, classes, head, input");
+  EXPECT_SAYS(error, "did you mean head?");
+  EXPECT_SAYS(error, "fix: tensor_decoder mode=detection custom=name:a,head:yolov8,input:32:32");
+  const std::string of_none = get_error("mode=octet_stream custom=head:yolov8");
+  EXPECT_SAYS(of_none, "needed: no option: mode=octet_stream takes none");
+  EXPECT_SAYS(of_none, "fix: tensor_decoder mode=octet_stream");
+  EXPECT_SAYS(get_error("mode=json custom=maskz:rle"), "did you mean masks?");
+  auto t = detector(kHead);
+  t.set("custom", "head:yolov8,input:32:32,scores:logits");
+  EXPECT_EQ(rows(t), (Rows{kFirst, kSecond}));
+  EXPECT_SAYS(t.messages.next_warning(), "the head yolov8 does not read this setting");
+  EXPECT_EQ(t.get("custom"), "head:yolov8,input:32:32");
 }
 
 TEST(NamedOptions, OfOneOptionCustomMustHaveAValue) {
