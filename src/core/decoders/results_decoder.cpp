@@ -23,6 +23,7 @@
 #include "core/tensor/geometry.hpp"
 #include "core/text/shell_quote.hpp"
 #include "core/text/text.hpp"
+#include "core/text/text_file.hpp"
 #include "weir/decoder.hpp"
 #include "weir/join.hpp"
 #include "weir/label_file.hpp"
@@ -97,6 +98,8 @@ void set_text(const std::string& key, const std::string& value, ResultsSettings*
     out->name = value;
   else
     out->custom[key] = value;
+  // A head reads it when it is chosen: with the caps.
+  if (key == "priors") static_cast<void>(read_text_file("custom=priors", value));
 }
 
 std::vector<int32_t> ResultsSettings::class_indices(const std::vector<std::string>& names) const {

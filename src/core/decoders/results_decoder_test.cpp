@@ -63,6 +63,11 @@ TEST(ResultsDecoder, NamesTheSettingsOfAHeadThatIsGivenOthers) {
   EXPECT_SAYS(without.error, "fix: custom=head:nanodet,input:32:32");
 }
 
+TEST(ResultsDecoder, AFileThatIsMissingIsReportedBeforeTheCaps) {
+  EXPECT_SAYS(ResultsRun("detection", {{"head", "ssd"}, {"priors", "/nowhere/priors.txt"}}).error,
+              "the file of custom=priors cannot be read");
+}
+
 TEST(ResultsDecoder, AFrameWithoutObjectsHasOneBackgroundRow) {
   ResultsRun run("detection", {});
   ASSERT_TRUE(run.configure({tensor_of({})}, &kModel));

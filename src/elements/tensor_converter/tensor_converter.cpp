@@ -107,9 +107,11 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
   Status check_values() const {
     const Settings s = settings();
     // A mode without a name is ignored.
-    if (const auto mode = parse_converter_mode(s.mode);
-        !mode && mode.error().code != Code::OPTION_SYNTAX)
-      return mode.error();
+    const auto mode = parse_converter_mode(s.mode);
+    if (!mode && mode.error().code != Code::OPTION_SYNTAX) return mode.error();
+    // A script needs no caps.
+    if (mode && mode->kind == ConverterMode::Kind::CustomScript)
+      if (auto medium = medium_for(nullptr, *mode); !medium) return medium.error();
     const auto preferences = read_preferences(s);
     return preferences ? ok() : Status(preferences.error());
   }
