@@ -21,6 +21,10 @@ struct Named {
   int depth;
 };
 
+bool is_sink(const Named& element) {
+  return element.kind == "tensor_sink" || element.kind == "appsink";
+}
+
 Result<std::vector<Named>> list_elements(weir_pipeline* pipeline) {
   std::vector<Named> out;
   const auto add = [](const char* name, const char* kind, int depth, void* data) {
@@ -76,11 +80,20 @@ Status Pipeline::connect() {
   for (const auto& element : *elements) {
     if (element.depth == 0) kinds_.emplace(element.name, element.kind);
     hold(element.name, element.kind);
-    if (element.kind != "tensor_sink" && element.kind != "appsink") continue;
+    if (!is_sink(element)) continue;
+    CError error;
+    // No call can name one of several: their frames are dropped.
+    const auto has_name = [&](const Named& other) {
+      return is_sink(other) && other.name == element.name;
+    };
+    if (std::count_if(elements->begin(), elements->end(), has_name) > 1) {
+      const int result = weir_pipeline_discard(pipeline_, element.name.c_str(), error.place());
+      if (result < 0) return error.take(result);
+      continue;
+    }
     const ElementRef found(weir_pipeline_get_element(pipeline_, element.name.c_str()));
     if (found) g_object_set_data(G_OBJECT(found.get()), kDropsUnreadable, found.get());
     auto& sink = sinks_[element.name] = std::make_unique<SinkCallbacks>(this);
-    CError error;
     const int result = weir_pipeline_on_frame(pipeline_, element.name.c_str(),
                                               SinkCallbacks::on_frame, sink.get(), error.place());
     if (result < 0) return error.take(result);

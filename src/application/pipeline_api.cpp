@@ -43,6 +43,14 @@ int change(ml_pipeline_h pipe, Body&& body) {
   });
 }
 
+Error several_sinks(const std::string& name) {
+  return {.code = Code::OPTION_VALUE,
+          .what = "several sinks of the pipeline have this name",
+          .offered = name + " in the pipeline and in a bin",
+          .needed = "a name of its own for each sink",
+          .fix = "name=" + name + "2 for the sink in the bin"};
+}
+
 ml_pipeline_state_e to_ml_state(GstState state) {
   switch (state) {
     case GST_STATE_READY:
@@ -123,10 +131,12 @@ int ml_pipeline_sink_register(ml_pipeline_h pipe, const char* sink_name, ml_pipe
     if (!pipeline) return fail(pipeline.error());
     if (auto status = check_kind(*pipeline, sink_name, "tensor_sink or appsink"); !status)
       return fail(status.error());
+    SinkCallbacks* const sink = (*pipeline)->sink(sink_name);
+    if (!sink) return fail(several_sinks(sink_name));
     const auto callback = std::make_shared<SinkCallback>();
     callback->function = cb;
     callback->data = user_data;
-    (*pipeline)->sink(sink_name)->add(callback);
+    sink->add(callback);
     *sink_handle = (*pipeline)->add_part(
         std::make_shared<Sink>((**pipeline).weak_from_this(), sink_name, callback));
     return static_cast<int>(ML_ERROR_NONE);

@@ -52,6 +52,14 @@ Error wrong_kind(GstElement* element, const std::string& needed) {
       .needed = needed};
 }
 
+Error not_unique(const std::string& name, size_t count) {
+  return {.code = Code::OPTION_VALUE,
+          .what = std::to_string(count) + " elements of the pipeline have this name",
+          .offered = "name=" + name + " in different bins",
+          .needed = "a name of its own for each element",
+          .fix = "name=" + name + "2 for one of them"};
+}
+
 Result<gst::Ref<GstElement>> find_element(GstBin* bin, const std::string& name) {
   auto element = gst::Ref<GstElement>::adopt(gst_bin_get_by_name(bin, name.c_str()));
   if (element) return element;

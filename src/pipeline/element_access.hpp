@@ -15,6 +15,8 @@ using gst::get_factory_name;
 
 // OPTION_VALUE, listing the existing names.
 Result<gst::Ref<GstElement>> find_element(GstBin* bin, const std::string& name);
+// OPTION_VALUE: a call cannot choose between `count` elements.
+Error not_unique(const std::string& name, size_t count);
 // OPTION_VALUE: the element is not of the kind `needed`.
 Error wrong_kind(GstElement* element, const std::string& needed);
 

@@ -161,9 +161,10 @@ Pipeline::Pipeline(gst::Ref<GstElement> pipeline, bool is_adopted)
   for (const auto& each : gst::elements_in(pipeline_.get())) {
     GstElement* element = each.get();
     const std::string kind = get_factory_name(element), name = GST_OBJECT_NAME(element);
-    if (FrameSink::is_sink(kind)) sinks_[name] = std::make_unique<FrameSink>(each, callbacks_);
+    if (FrameSink::is_sink(kind))
+      sinks_.emplace(name, std::make_unique<FrameSink>(each, callbacks_));
     if (kind == "appsrc")
-      sources_[name] = std::make_unique<FrameSource>(GST_APP_SRC(element), !is_adopted);
+      sources_.emplace(name, std::make_unique<FrameSource>(GST_APP_SRC(element), !is_adopted));
   }
   const auto bus = gst::Ref<GstBus>::adopt(gst_element_get_bus(pipeline_.get()));
   link_->pipeline = this;
@@ -410,6 +411,7 @@ Result<gst::Ref<GstElement>> Pipeline::element(const std::string& name) const {
 }
 
 Result<FrameSink*> Pipeline::sink(const std::string& name) const {
+  if (const size_t count = sinks_.count(name); count > 1) return not_unique(name, count);
   if (const auto found = sinks_.find(name); found != sinks_.end()) return found->second.get();
   const auto other = element(name);
   if (!other) return other.error();
@@ -417,6 +419,7 @@ Result<FrameSink*> Pipeline::sink(const std::string& name) const {
 }
 
 Result<FrameSource*> Pipeline::source(const std::string& name) const {
+  if (const size_t count = sources_.count(name); count > 1) return not_unique(name, count);
   if (const auto found = sources_.find(name); found != sources_.end()) return found->second.get();
   const auto other = element(name);
   if (!other) return other.error();
@@ -504,11 +507,14 @@ Status Pipeline::on_frame(const std::string& name, FrameSink::Function function)
 }
 
 Status Pipeline::discard(const std::string& name) {
-  const auto to = sink(name);
-  if (!to) return to.error();
+  const auto [first, last] = sinks_.equal_range(name);
+  if (first == last) return sink(name).error();
   return choose_while_stopped(chosen_while_stopped("what happens to frames", name,
                                                    "pipeline.discard(...) before pipeline.start()"),
-                              [&] { (*to)->discard(); });
+                              [first = first, last = last] {
+                                for (auto each = first; each != last; ++each)
+                                  each->second->discard();
+                              });
 }
 
 Status Pipeline::on_state(std::function<void(GstState)> function) {

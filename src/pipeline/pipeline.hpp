@@ -114,8 +114,9 @@ class Pipeline {
   std::optional<AllowedElements> allowed_;  // set by restrict_to(); nullopt: all
   gulong added_handler_ = 0;
   // Filled by the constructor; the maps do not change afterwards.
-  std::map<std::string, std::unique_ptr<FrameSink>, std::less<>> sinks_;
-  std::map<std::string, std::unique_ptr<FrameSource>, std::less<>> sources_;
+  // Elements of different bins may have one name.
+  std::multimap<std::string, std::unique_ptr<FrameSink>, std::less<>> sinks_;
+  std::multimap<std::string, std::unique_ptr<FrameSource>, std::less<>> sources_;
   std::mutex changes_;                           // held during state changes; taken before mutex_
   std::atomic<bool> stopped_ = true;             // written under changes_
   std::function<void(GstState)> on_state_;       // set while stopped

@@ -270,6 +270,19 @@ static void texts_and_names_are_refused(void) {
 }
 
 /* Nothing is left of a pipeline that cannot be constructed. */
+static void sinks_of_one_name_play_and_are_refused(void) {
+  ml_pipeline_h pipe = construct(
+      "bin.( videotestsrc num-buffers=2 ! video/x-raw,format=RGB,width=4,height=4 ! "
+      "tensor_converter ! tensor_sink name=out ) appsrc name=in ! tensor_sink name=out");
+  Seen seen = SEEN;
+  ml_pipeline_sink_h sink = NULL;
+  CHECK_REFUSED(ml_pipeline_sink_register(pipe, "out", see, &seen, &sink),
+                ML_ERROR_INVALID_PARAMETER,
+                "several sinks of the pipeline have this name\n  offered: out");
+  OK(ml_pipeline_start(pipe));
+  OK(ml_pipeline_destroy(pipe));
+}
+
 static void a_pipeline_that_cannot_be_paused_is_refused(void) {
   static const char* const texts[] = {
       "",
@@ -351,6 +364,7 @@ int main(void) {
   a_failed_element_is_the_error_of_the_state();
   callbacks_may_call();
   texts_and_names_are_refused();
+  sinks_of_one_name_play_and_are_refused();
   a_pipeline_that_cannot_be_paused_is_refused();
   elements_and_frameworks_are_available();
   return result_of_checks();

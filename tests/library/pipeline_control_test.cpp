@@ -43,6 +43,30 @@ TEST(PipelineControl, AValveDropsWhileItIsClosed) {
   EXPECT_FALSE(*p.get<bool>("v", "drop"));
 }
 
+TEST(PipelineControl, ElementsOfOneNameInTwoBinsCannotBeChosen) {
+  Pipeline p = parse(
+      "bin.( appsrc name=in ! tensor_sink name=out ) bin.( appsrc name=in ! tensor_sink name=out "
+      ")");
+  constexpr char kTwo[] = "2 elements of the pipeline have this name\n  offered: name=";
+  EXPECT_REFUSED(push(p, "in", 1), OPTION_VALUE, kTwo);
+  EXPECT_REFUSED(p.pull<float>("out", kLong), OPTION_VALUE, kTwo);
+  EXPECT_REFUSED(p.on_frame("out", [](const weir::Frame&) {}), OPTION_VALUE, kTwo);
+  EXPECT_REFUSED(p.on_frame("out", [](const weir::Frame&) {}), OPTION_VALUE,
+                 "fix: name=out2 for one of them");
+}
+
+TEST(PipelineControl, DiscardsTheFramesOfAllSinksOfOneName) {
+  const std::string branch =
+      "bin.( videotestsrc num-buffers=100 ! video/x-raw,format=GRAY8,width=4,height=2 ! "
+      "tensor_converter ! appsink name=out sync=false max-buffers=1 ) ";
+  Pipeline p = parse(branch + branch);
+  ASSERT_TRUE(p.discard("out"));
+  ASSERT_TRUE(p.start());
+  const auto ended = p.wait(kLong);
+  ASSERT_TRUE(ended) << ended.error().message();
+  EXPECT_TRUE(*ended);
+}
+
 TEST(PipelineControl, ASelectorForwardsTheChosenInput) {
   Pipeline p = parse(
       "input-selector name=s sync-streams=false ! tensor_sink name=out "
@@ -187,7 +211,8 @@ TEST(PipelineControl, ErrorsOfElementsFailEveryCallUntilStop) {
   ASSERT_TRUE(p.start());
   const Values x{1, 2, 3};
   ASSERT_TRUE(p.push("in", std::span<const float>(x), {.shape = {1, 3}}));
-  EXPECT_REFUSED(p.pull("out", kLong), SPEC_MISMATCH, "WEIR-2001: f: the stream does not fit");
+  EXPECT_REFUSED(p.pull<float>("out", kLong), SPEC_MISMATCH,
+                 "WEIR-2001: f: the stream does not fit");
   EXPECT_REFUSED(p.wait(kLong), SPEC_MISMATCH, "needed: 1 tensor: float32 4:?");
   EXPECT_REFUSED(push(p, "in", 1), SPEC_MISMATCH, "f: the stream does not fit");
   EXPECT_REFUSED(p.start(), SPEC_MISMATCH, "f: the stream does not fit");
@@ -228,7 +253,7 @@ TEST(PipelineControl, SparseFramesNameTheElementThatIsMissing) {
   Pipeline p = parse("appsrc name=in ! tensor_sparse_enc ! tensor_sink name=out");
   ASSERT_TRUE(p.start());
   ASSERT_TRUE(push(p, "in", 1));
-  EXPECT_REFUSED(p.pull("out", kLong), FORMAT_UNSUPPORTED,
+  EXPECT_REFUSED(p.pull<float>("out", kLong), FORMAT_UNSUPPORTED,
                  "fix: tensor_sparse_dec before the sink");
 }
 
