@@ -68,13 +68,17 @@ std::optional<size_t> LabelMatcher::find_category(const Json& object) {
   return std::nullopt;
 }
 
-Status LabelMatcher::check() const {
-  if (unknown_.empty() || is_any_known_ || has_model_category_) return ok();
+std::vector<std::string> LabelMatcher::list_unknown() const {
   std::vector<std::string> names;
   for (const auto& [name, count] : unknown_) names.push_back(name);
+  return names;
+}
+
+Status LabelMatcher::check() const {
+  if (unknown_.empty() || is_any_known_ || has_model_category_) return ok();
   return Error{.code = Code::LABELS_INVALID,
                .what = "none of the labels in the results is a category of the truth",
-               .offered = format_some(names),
+               .offered = format_some(list_unknown()),
                .needed = truth_ + ": " + format_some(categories_),
                .fix = "--labels FILE, with the truth's names for the classes of the model"};
 }
@@ -92,11 +96,9 @@ std::optional<Error> LabelMatcher::warning_about_names() const {
 
 std::optional<Error> LabelMatcher::warning_about_pixels() const {
   if (unknown_.empty() || is_any_known_) return std::nullopt;
-  std::vector<std::string> names;
-  for (const auto& [name, count] : unknown_) names.push_back(name);
   return Error{.code = Code::LABELS_INVALID,
                .what = "no result is a class of the folder, although the model has such classes",
-               .offered = format_some(names),
+               .offered = format_some(list_unknown()),
                .needed = truth_ + ": " + format_some(categories_),
                .fix = "the card's color, mean and scale, if they are not those of the training"};
 }

@@ -35,6 +35,8 @@ class LabelMatcher {
   const std::vector<std::string>& categories() const noexcept { return categories_; }
 
  private:
+  std::vector<std::string> list_unknown() const;
+
   std::vector<std::string> categories_;
   std::string truth_;
   std::map<std::string, size_t> by_name_;
