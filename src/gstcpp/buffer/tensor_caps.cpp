@@ -405,7 +405,6 @@ std::string make_caps_fix(const GstCaps* caps) {
 
 }  // namespace
 
-// Without a `fix`, it is the caps themselves.
 Status check_downstream(GstPad* source_pad, GstCaps* caps, std::string fix) {
   const PeerCaps peer(source_pad);
   if (downstream_accepts(source_pad, peer, caps)) return ok();

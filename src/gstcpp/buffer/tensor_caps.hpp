@@ -59,7 +59,7 @@ Status send_caps(GstPad* source_pad, const FrameSpec& spec, GstCaps* caps);
 // Whether nothing is linked, or the downstream element accepts `caps`: one of its structures, or
 // the whole if it is fixed. False for null.
 bool downstream_accepts(GstPad* source_pad, const PeerCaps& peer, GstCaps* caps);
-// The same as an error, SPEC_MISMATCH with both sides.
+// The same as an error, SPEC_MISMATCH with both sides. An empty `fix` becomes the caps themselves.
 Status check_downstream(GstPad* source_pad, GstCaps* caps, std::string fix);
 // The same for the caps that choose_caps() returns for `spec`.
 Status check_downstream(GstPad* source_pad, const FrameSpec& spec, std::string fix);
