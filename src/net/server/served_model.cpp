@@ -273,11 +273,7 @@ bool ServedModel::ready() const {
 
 ModelMetadata ServedModel::metadata() const {
   std::lock_guard lock(mutex_);
-  std::string platform = platform_;
-  if (outputs_.empty())
-    platform += knows_outputs_ ? " (each response describes its own outputs)"
-                               : " (the first request decides the outputs)";
-  return {model_.name, std::move(platform), inputs_, outputs_};
+  return {model_.name, platform_, inputs_, outputs_};
 }
 
 void ServedModel::receive(std::shared_ptr<Call> call, InferRequest request) {
