@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "net-elements/oip_query_server.hpp"
 
+#include <algorithm>
 #include <functional>
 #include <mutex>
 #include <utility>
@@ -101,19 +102,20 @@ ModelTensor describe_results(const ResultRole& role) {
       return {.type = ElementType::Float32, .rank_known = true, .shape = {-1, -1}};
     case WEIR_RESULT_TEXT:
       return {.type = ElementType::UInt8, .rank_known = true, .shape = {-1, -1}};
-    case WEIR_RESULT_CLASS_MAP:  // of either width
-      return {.type = ElementType::End, .rank_known = true, .shape = {-1, -1}};
-    default:
+    default:  // a class map may have numbers of either width
       return {};
   }
 }
 
-// The tensors of caps; none for flexible ones that are no results, which each frame describes.
+// The tensors of caps; none for flexible ones that each frame describes: those that are no results,
+// and results of a type that the caps leave open.
 std::vector<net::TensorText> describe_outputs(const GstCaps* caps, const FrameSpec& spec,
                                               const std::vector<std::string>& names) {
   std::vector<ModelTensor> results;
   if (spec.format != Format::Static)
     for (const auto& role : gst::roles_from_caps(caps)) results.push_back(describe_results(role));
+  const auto is_open = [](const ModelTensor& each) { return each.type == ElementType::End; };
+  if (std::any_of(results.begin(), results.end(), is_open)) results.clear();
   return results.empty() ? describe_tensors(spec.tensors, "output", names)
                          : describe_tensors(results, "output", names);
 }

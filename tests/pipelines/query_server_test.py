@@ -213,6 +213,16 @@ class Responses(Served):
             after = client.call("ModelMetadata", pb.ModelMetadataRequest(name=name))
             self.assertEqual([(t.name, t.datatype, list(t.shape)) for t in after.outputs], answered if size else described, name)
 
+    def test_results_of_an_open_type_are_described_by_each_response(self):
+        """The caps do not say how wide the numbers of a class map are."""
+        caps = "caps=other/tensors,format=static,num_tensors=1,dimensions=(string)3:8:8:1,types=(string)float32,framerate=0/1"
+        pipeline = self.serve(f"{source('model-name=map', caps)} ! tensor_decoder mode=segmentation custom=head:deeplab,input:8:8 ! tensor_query_serversink")
+        client = self.client(pipeline, "map")
+        for _ in range(2):
+            self.assertEqual(list(client.call("ModelMetadata", pb.ModelMetadataRequest(name="map")).outputs), [])
+            outputs = client.infer(request("map", np.zeros((1, 8, 8, 3), np.float32))).outputs
+            self.assertIn(("UINT16", [8, 8]), [(t.datatype, list(t.shape)) for t in outputs])
+
     def test_bytes_are_one_flexible_tensor(self):
         caps = "caps=other/tensors,format=flexible,framerate=0/1"
         line = "tensor_transform mode=typecast option=float32 ! tensor_transform mode=arithmetic option=mul:2"

@@ -114,7 +114,8 @@ Ref<GstCaps> offered_caps(GstPad* sink, GstPad* source, const GstCaps* filter, b
 
 Ref<GstCaps> expected_caps(GstPad* sink, GstPad* source, const ConverterSettings& settings,
                            const GstCaps* filter) {
-  auto out = Ref<GstCaps>::adopt(gst_caps_new_empty());
+  const auto none = [] { return Ref<GstCaps>::adopt(gst_caps_new_empty()); };
+  auto out = none();
   const auto mode = parse_converter_mode(settings.mode);
   const auto preferences = read_preferences(settings);
   if (!mode || mode->kind != ConverterMode::Kind::ByCaps || !preferences) return out;
@@ -123,11 +124,11 @@ Ref<GstCaps> expected_caps(GstPad* sink, GstPad* source, const ConverterSettings
     const auto input = Ref<GstCaps>::adopt(gst_caps_copy_nth(offered.get(), i));
     if (gst_structure_has_field(gst_caps_get_structure(input.get(), 0), "framerate"))
       gst_caps_set_simple(input.get(), "framerate", GST_TYPE_FRACTION, 0, 1, nullptr);
-    if (!gst_caps_is_fixed(input.get())) continue;
+    if (!gst_caps_is_fixed(input.get())) return none();
     auto medium = medium_for(input.get(), *mode);
-    if (!medium) continue;
+    if (!medium) return none();
     auto plan = (*medium)->configure(input.get(), *preferences);
-    if (!plan || plan->first_frame_decides || plan->frames_have_rates) continue;
+    if (!plan || plan->first_frame_decides || plan->frames_have_rates) return none();
     plan->spec.rate = {-1, -1};  // open
     out = Ref<GstCaps>::adopt(
         gst_caps_merge(out.release(), gst::possible_caps(source, plan->spec, nullptr).release()));

@@ -20,7 +20,8 @@ Result<Preferences> read_preferences(const ConverterSettings& settings, const gs
 gst::Ref<GstCaps> offered_caps(GstPad* sink, GstPad* source, const GstCaps* filter, bool any_media);
 
 // What the source pad will have, before caps: for upstream caps that leave only the framerate open.
-// Empty where the stream, a converter of its own or the peer decides. `filter` may be null.
+// Empty where the stream, a converter of its own or the peer decides, and where upstream may have
+// caps that are not among these. `filter` may be null.
 gst::Ref<GstCaps> expected_caps(GstPad* sink, GstPad* source, const ConverterSettings& settings,
                                 const GstCaps* filter);
 

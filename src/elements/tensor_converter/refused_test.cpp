@@ -167,4 +167,20 @@ TEST(ConverterRefuses, NoStreamWhenAModeIsSet) {
   EXPECT_SAYS(get_error(h, frame({1})), "WEIR-3011: no function is registered");
 }
 
+TEST(ConverterRefuses, NoLinkToWhatOneOfSeveralOffersBecomes) {
+  const auto pipeline = Ref<GstElement>::adopt(gst_parse_launch(
+      "appsrc ! video/x-raw,format=RGB,width=4,height=4,framerate=0/1;"
+      "video/x-raw,format=GRAY8,width=(int)[1,8],height=4 ! tensor_converter name=c",
+      nullptr));
+  ASSERT_TRUE(pipeline);
+  gst_element_set_state(pipeline.get(), GST_STATE_PAUSED);
+  const auto converter = Ref<GstElement>::adopt(gst_bin_get_by_name(GST_BIN(pipeline.get()), "c"));
+  const auto source = Ref<GstPad>::adopt(gst_element_get_static_pad(converter.get(), "src"));
+  const auto caps = Ref<GstCaps>::adopt(gst_pad_query_caps(source.get(), nullptr));
+  const auto gray =
+      Ref<GstCaps>::adopt(gst_caps_from_string("other/tensor,dimension=(string)1:4:4:1"));
+  EXPECT_TRUE(gst_caps_can_intersect(caps.get(), gray.get()));
+  gst_element_set_state(pipeline.get(), GST_STATE_NULL);
+}
+
 }  // namespace refused_test

@@ -407,7 +407,8 @@ class TensorDecoder : public gst::CountedTransform<TensorDecoder> {
   }
 
   // What the source pad will have, before caps: for upstream caps that leave only the framerate
-  // open. Empty if the decoder can read none of them.
+  // open. Elements of tensors offer open ones after those of their stream. Empty if the decoder can
+  // read none.
   Ref<GstCaps> expected_caps(const GstCaps* filter) {
     auto out = Ref<GstCaps>::adopt(gst_caps_new_empty());
     const auto offered =
