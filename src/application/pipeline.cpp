@@ -80,27 +80,28 @@ Status Pipeline::connect() {
   for (const auto& element : *elements) {
     if (element.depth == 0) kinds_.emplace(element.name, element.kind);
     hold(element.name, element.kind);
-    if (!is_sink(element)) continue;
-    CError error;
-    // No call can name one of several: their frames are dropped.
     const auto has_name = [&](const Named& other) {
       return is_sink(other) && other.name == element.name;
     };
-    if (std::count_if(elements->begin(), elements->end(), has_name) > 1) {
-      const int result = weir_pipeline_discard(pipeline_, element.name.c_str(), error.place());
-      if (result < 0) return error.take(result);
-      continue;
-    }
-    const ElementRef found(weir_pipeline_get_element(pipeline_, element.name.c_str()));
-    if (found) g_object_set_data(G_OBJECT(found.get()), kDropsUnreadable, found.get());
-    auto& sink = sinks_[element.name] = std::make_unique<SinkCallbacks>(this);
-    const int result = weir_pipeline_on_frame(pipeline_, element.name.c_str(),
-                                              SinkCallbacks::on_frame, sink.get(), error.place());
-    if (result < 0) return error.take(result);
+    if (!is_sink(element)) continue;
+    const auto count = std::count_if(elements->begin(), elements->end(), has_name);
+    if (auto status = connect_sink(element.name, count == 1); !status) return status;
   }
   if (!state_callback_.function) return ok();
   CError error;
   return error.status(weir_pipeline_on_state(pipeline_, on_state, this, error.place()));
+}
+
+// No call can name one of several: their frames are dropped.
+Status Pipeline::connect_sink(const std::string& name, bool is_unique) {
+  CError error;
+  if (!is_unique)
+    return error.status(weir_pipeline_discard(pipeline_, name.c_str(), error.place()));
+  const ElementRef found(weir_pipeline_get_element(pipeline_, name.c_str()));
+  if (found) g_object_set_data(G_OBJECT(found.get()), kDropsUnreadable, found.get());
+  auto& sink = sinks_[name] = std::make_unique<SinkCallbacks>(this);
+  return error.status(weir_pipeline_on_frame(pipeline_, name.c_str(), SinkCallbacks::on_frame,
+                                             sink.get(), error.place()));
 }
 
 void Pipeline::hold(const std::string& name, const std::string& kind) {

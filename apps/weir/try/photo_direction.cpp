@@ -27,19 +27,30 @@ std::string read_bytes(std::ifstream* file, size_t count) {
   return bytes;
 }
 
+struct ChunkHead {
+  std::string kind;
+  uint32_t length = 0;
+};
+// A length and a kind in PNG, a kind and a length in WebP; nullopt at the end.
+std::optional<ChunkHead> read_head(std::ifstream* file, bool is_png) {
+  const std::string head = read_bytes(file, 8);
+  if (head.size() < 8) return std::nullopt;
+  ChunkHead out{head.substr(is_png ? 4 : 0, 4)};
+  for (size_t byte = 0; byte < 4; ++byte)
+    out.length = out.length << 8 | static_cast<unsigned char>(head[is_png ? byte : 7 - byte]);
+  return out;
+}
+
 // The chunk with the Exif data of a PNG or WebP file, which may follow the pixels; "" without one.
 std::string read_chunk(std::ifstream* file, bool is_png) {
   constexpr int kMaxChunks = 4096;
   for (int i = 0; i < kMaxChunks; ++i) {
-    const std::string head = read_bytes(file, 8);  // length and kind, or kind and length
-    if (head.size() < 8) return "";
-    uint32_t length = 0;
-    for (size_t byte = 0; byte < 4; ++byte)
-      length = length << 8 | static_cast<unsigned char>(head[is_png ? byte : 7 - byte]);
-    if (head.substr(is_png ? 4 : 0, 4) == (is_png ? "eXIf" : "EXIF"))
-      return length <= kMaxBytes ? read_bytes(file, length) : "";
+    const auto head = read_head(file, is_png);
+    if (!head) return "";
+    if (head->kind == (is_png ? "eXIf" : "EXIF"))
+      return head->length <= kMaxBytes ? read_bytes(file, head->length) : "";
     // A checksum follows in PNG, and a byte after an odd length in WebP.
-    file->seekg(std::streamoff{length} + (is_png ? 4 : length % 2), std::ios::cur);
+    file->seekg(std::streamoff{head->length} + (is_png ? 4 : head->length % 2), std::ios::cur);
   }
   return "";
 }
