@@ -9,6 +9,7 @@
 #include "core/infer/module/custom_converter.hpp"
 #include "core/infer/module/module_library.hpp"
 #include "core/subplugin/loader.hpp"
+#include "core/text/text_file.hpp"
 #include "elements/tensor_converter/converted_medium.hpp"
 #include "elements/tensor_converter/flexible_medium.hpp"
 #include "elements/tensor_converter/medium.hpp"
@@ -376,6 +377,17 @@ Result<std::unique_ptr<Medium>> medium_for(const GstCaps* caps, const ConverterM
                .offered = name,
                .needed = known.get(),
                .fix = "tensor_converter mode=custom-code:NAME, with a function of your own"};
+}
+
+Status check_script(const std::string& path) {
+  if (!infer::ModuleLibrary::instance().converter("python3")) return ok();
+  std::string reason = why_unreadable(path);
+  if (reason.empty()) return ok();
+  return Error{.code = Code::FILE_NOT_FOUND,
+               .what = "the script of the mode cannot be read: " + std::move(reason),
+               .offered = path,
+               .needed = "a Python file with the class CustomConverter",
+               .fix = "tensor_converter mode=custom-script:/path/to/script.py"};
 }
 
 bool is_custom_code(const std::string& name) {

@@ -14,6 +14,9 @@ namespace weir {
 // none. With a mode, any caps have a medium.
 Result<std::unique_ptr<Medium>> medium_for(const GstCaps* caps, const ConverterMode& mode);
 
+// FILE_NOT_FOUND for a script that Weir's Python cannot read. A converter python3 of others may
+// give the text another meaning.
+Status check_script(const std::string& path);
 // Whether a function of this name was registered through Weir's or NNStreamer's API.
 bool is_custom_code(const std::string& name);
 

@@ -2,9 +2,7 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <atomic>
 #include <cstring>
-#include <utility>
 
-#include "core/text/text_file.hpp"
 #include "elements/tensor_converter/media.hpp"
 #include "elements/tensor_converter/negotiation.hpp"
 #include "elements/tensor_converter/tensor_stream.hpp"
@@ -112,12 +110,7 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
     const auto mode = parse_converter_mode(s.mode);
     if (!mode && mode.error().code != Code::OPTION_SYNTAX) return mode.error();
     if (mode && mode->kind == ConverterMode::Kind::CustomScript)
-      if (auto reason = why_unreadable(mode->name); !reason.empty())
-        return Error{.code = Code::FILE_NOT_FOUND,
-                     .what = "the script of the mode cannot be read: " + std::move(reason),
-                     .offered = mode->name,
-                     .needed = "a Python file with the class CustomConverter",
-                     .fix = "tensor_converter mode=custom-script:/path/to/script.py"};
+      if (auto status = check_script(mode->name); !status) return status;
     const auto preferences = read_preferences(s);
     return preferences ? ok() : Status(preferences.error());
   }
