@@ -15,6 +15,7 @@
 #include <cerrno>
 #include <cstring>
 #include <exception>
+#include <system_error>
 #include <utility>
 
 #include "net/server/peer_name.hpp"
@@ -31,6 +32,7 @@ constexpr char kUnixPeers[] = "unix:";
 constexpr unsigned kUnansweredMs = 10'000;  // as set_keepalive()
 constexpr uint32_t kOpenForEachBusy = 8, kCallsForEachStream = 2;
 constexpr std::chrono::seconds kBarred{10};
+constexpr std::chrono::milliseconds kLastHandover{500};
 
 struct FreeAddresses {
   void operator()(addrinfo* list) const { freeaddrinfo(list); }
@@ -218,6 +220,11 @@ void ConnectionAcceptor::stop() {
   [[maybe_unused]] const ssize_t written = write(wake_.get(), &one, sizeof one);
   thread_.join();
   listening_.clear();
+  std::unique_lock lock(mutex_);
+  const auto is_done = [this] { return handing_over_ == 0; };
+  if (handed_over_.wait_for(lock, kLastHandover, is_done)) return;
+  for (auto& [name, connection] : connections_) refuse(&connection);
+  handed_over_.wait(lock, is_done);
 }
 
 void ConnectionAcceptor::call_began(const std::string& peer) {
@@ -419,29 +426,39 @@ void ConnectionAcceptor::add(Socket socket) {
   set_connection_options(number);
   const std::string name = peer_name(number);
   const std::string network = peer_network(name);
-  int given = -1;
-  {
-    const std::lock_guard lock(mutex_);
-    if (!make_room(network)) {
-      ++refused_;
-      return;
-    }
-    Connection connection;
-    connection.socket = std::move(socket);
-    connection.network = network;
-    connection.accepted = Clock::now();
-    connection.is_known = network == kUnixPeers;
-    const auto added = connections_.emplace(name, std::move(connection));
-    ++networks_[network].connections;
-    given = fcntl(number, F_DUPFD_CLOEXEC, 0);
-    if (given < 0) {
-      forget(added);
-      ++refused_;
-      is_paused_ = true;
-      return;
-    }
+  const std::lock_guard lock(mutex_);
+  if (!make_room(network)) {
+    ++refused_;
+    return;
   }
-  connected_(given);
+  Connection connection;
+  connection.socket = std::move(socket);
+  connection.network = network;
+  connection.accepted = Clock::now();
+  connection.is_known = network == kUnixPeers;
+  const auto added = connections_.emplace(name, std::move(connection));
+  ++networks_[network].connections;
+  if (hand_over(added->second)) return;
+  forget(added);
+  ++refused_;
+  is_paused_ = true;
+}
+
+// False without a descriptor or a thread for it. The mutex is locked.
+bool ConnectionAcceptor::hand_over(const Connection& connection) {
+  Socket given(fcntl(connection.socket.get(), F_DUPFD_CLOEXEC, 0));
+  if (!given) return false;
+  try {
+    std::thread([this, given = std::move(given)]() mutable {
+      connected_(given.release());
+      const std::lock_guard lock(mutex_);
+      if (--handing_over_ == 0) handed_over_.notify_all();
+    }).detach();
+  } catch (const std::system_error&) {
+    return false;
+  }
+  ++handing_over_;
+  return true;
 }
 
 }  // namespace weir::net

@@ -11,6 +11,7 @@
 #include <unistd.h>
 
 #include <chrono>
+#include <condition_variable>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -42,6 +43,7 @@ class Socket {
   }
   explicit operator bool() const noexcept { return number_ >= 0; }
   int get() const noexcept { return number_; }
+  int release() noexcept { return std::exchange(number_, -1); }
 
  private:
   int number_ = -1;
@@ -69,7 +71,8 @@ struct ConnectionLimits {
 // a client resets too many calls. Its address must wait then until it may connect again.
 class ConnectionAcceptor {
  public:
-  // Called with each connection on a thread of the acceptor; owns the descriptor from then on.
+  // Called with each connection, on a thread of its own: gRPC reads there as long as data come.
+  // Owns the descriptor from then on.
   using Connected = std::function<void(int socket)>;
 
   // Listens on the address of `options`; port 0 uses a free one. OPTION_VALUE.
@@ -80,7 +83,8 @@ class ConnectionAcceptor {
 
   uint32_t port() const noexcept { return port_; }  // 0 for a Unix socket
   void start(Connected connected);
-  // Accepts no more connections. Those that are open remain.
+  // Accepts no more connections. Those that are open remain, unless gRPC takes longer than half a
+  // second to take over the last ones.
   void stop();
 
   // A call of a client, by gRPC's name of it. All clients of a Unix socket have one name.
@@ -132,6 +136,7 @@ class ConnectionAcceptor {
   void accept_from(int listening);
   bool make_room(const std::string& network);
   void add(Socket socket);
+  bool hand_over(const Connection& connection);
 
   const ConnectionLimits limits_;
   std::vector<Socket> listening_;
@@ -149,6 +154,8 @@ class ConnectionAcceptor {
   Connections connections_;
   std::unordered_map<std::string, Network> networks_;  // with connections, or barred
   uint64_t refused_ = 0;
+  uint32_t handing_over_ = 0;  // threads that are in connected_
+  std::condition_variable handed_over_;
 };
 
 }  // namespace weir::net

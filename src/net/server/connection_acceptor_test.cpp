@@ -80,12 +80,30 @@ TEST(ConnectionCost, BytesWithoutAnAnswerAreNotForgotten) {
 class Accepting : public ::testing::Test {
  protected:
   void listen(const ListenOptions& options) {
+    listen(options, [this](int socket) {
+      const std::lock_guard lock(mutex_);
+      accepted_.emplace_back(socket);
+      changed_.notify_all();
+    });
+  }
+  void listen(const ListenOptions& options, ConnectionAcceptor::Connected connected) {
     auto made = ConnectionAcceptor::listen(options);
     ASSERT_TRUE(made) << made.error().message();
     acceptor_ = *std::move(made);
-    acceptor_->start([this](int socket) {
+    acceptor_->start(std::move(connected));
+  }
+  // As gRPC, which reads a new connection as long as data come; until its end here.
+  void listen_and_read() {
+    ListenOptions options;
+    options.host = "127.0.0.1";
+    listen(options, [this](int socket) {
+      const Socket served(socket);
+      pollfd readable{socket, POLLIN, 0};
+      std::vector<char> bytes(64 << 10);
+      while (poll(&readable, 1, -1) > 0 && read(socket, bytes.data(), bytes.size()) > 0) {
+      }
       const std::lock_guard lock(mutex_);
-      accepted_.emplace_back(socket);
+      ++ended_;
       changed_.notify_all();
     });
   }
@@ -144,6 +162,7 @@ class Accepting : public ::testing::Test {
   std::mutex mutex_;  // guards the rest
   std::condition_variable changed_;
   std::deque<Socket> accepted_;
+  int ended_ = 0;  // after listen_and_read()
 };
 
 TEST_F(Accepting, LimitsWhatOneAddressHasOpenUntilOneEnds) {
@@ -190,8 +209,10 @@ TEST_F(Accepting, EndsAConnectionWithTooManyCallsThatHaveNotEnded) {
   options.host = "127.0.0.1";
   options.max_requests = 1;
   listen(options);
-  const Socket client = connect(), other = connect();
-  const Socket served = accepted(), other_served = accepted();
+  const Socket client = connect();
+  const Socket served = accepted();
+  const Socket other = connect();
+  const Socket other_served = accepted();
   const std::string peer = peer_name(served.get());
   const uint32_t limit = 2 * max_streams(options);
   for (uint32_t i = 0; i < 2 * limit; ++i) {  // those that end do not count
@@ -236,6 +257,34 @@ TEST_F(Accepting, KeepsAConnectionWhoseCallEndsBeforeItsMessageHasCome) {
   wait_for_look("127.0.0.3");
   EXPECT_EQ(acceptor_->refused(), 2u) << "those that wait_for_look() made";
   EXPECT_TRUE(transfer(client, served, 1));
+}
+
+TEST_F(Accepting, EndsAConnectionThatSendsWithoutAPause) {
+  listen_and_read();
+  const Socket client = connect();
+  const std::vector<char> bytes(64 << 10);
+  pollfd open{client.get(), POLLOUT | POLLRDHUP, 0};  // the end may come while no byte fits
+  size_t sent = 0;
+  while (sent < size_t{4} << 30 && poll(&open, 1, -1) > 0 && open.revents == POLLOUT) {
+    const ssize_t part =
+        send(client.get(), bytes.data(), bytes.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
+    if (part > 0) sent += static_cast<size_t>(part);
+  }
+  EXPECT_LT(sent, size_t{4} << 30);
+  EXPECT_EQ(acceptor_->refused(), 1u);
+}
+
+TEST_F(Accepting, AcceptsAndStopsWhileAConnectionIsRead) {
+  listen_and_read();
+  const Socket client = connect();
+  { const Socket other = connect("127.0.0.2"); }
+  {
+    std::unique_lock lock(mutex_);
+    changed_.wait(lock, [this] { return ended_ == 1; });
+  }
+  acceptor_->stop();
+  EXPECT_TRUE(ends(client));
+  EXPECT_EQ(ended_, 2);
 }
 
 TEST_F(Accepting, ListensOnNamesAddressesAndPaths) {
