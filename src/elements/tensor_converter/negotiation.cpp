@@ -112,28 +112,18 @@ Ref<GstCaps> offered_caps(GstPad* sink, GstPad* source, const GstCaps* filter, b
   return gst_caps_is_empty(meet.get()) ? fitting(rest.get(), filter) : std::move(meet);
 }
 
-Ref<GstCaps> expected_caps(GstPad* sink, GstPad* source, const ConverterSettings& settings,
-                           const GstCaps* filter) {
-  const auto none = [] { return Ref<GstCaps>::adopt(gst_caps_new_empty()); };
-  auto out = none();
+Ref<GstCaps> expected_caps(const GstCaps* input, GstPad* source,
+                           const ConverterSettings& settings) {
   const auto mode = parse_converter_mode(settings.mode);
   const auto preferences = read_preferences(settings);
-  if (!mode || mode->kind != ConverterMode::Kind::ByCaps || !preferences) return out;
-  const auto offered = Ref<GstCaps>::adopt(gst_pad_peer_query_caps(sink, nullptr));
-  for (guint i = 0; offered && i < gst_caps_get_size(offered.get()); ++i) {
-    const auto input = Ref<GstCaps>::adopt(gst_caps_copy_nth(offered.get(), i));
-    if (gst_structure_has_field(gst_caps_get_structure(input.get(), 0), "framerate"))
-      gst_caps_set_simple(input.get(), "framerate", GST_TYPE_FRACTION, 0, 1, nullptr);
-    if (!gst_caps_is_fixed(input.get())) return none();
-    auto medium = medium_for(input.get(), *mode);
-    if (!medium) return none();
-    auto plan = (*medium)->configure(input.get(), *preferences);
-    if (!plan || plan->first_frame_decides || plan->frames_have_rates) return none();
-    plan->spec.rate = {-1, -1};  // open
-    out = Ref<GstCaps>::adopt(
-        gst_caps_merge(out.release(), gst::possible_caps(source, plan->spec, nullptr).release()));
-  }
-  return filter ? fitting(out.get(), filter) : out;
+  if (!mode || mode->kind != ConverterMode::Kind::ByCaps || !preferences) return {};
+  if (!gst_caps_is_fixed(input)) return {};
+  const auto medium = medium_for(input, *mode);
+  if (!medium) return {};
+  auto plan = (*medium)->configure(input, *preferences);
+  if (!plan || plan->first_frame_decides || plan->frames_have_rates) return {};
+  plan->spec.rate = {-1, -1};  // open
+  return gst::possible_caps(source, plan->spec, nullptr);
 }
 
 bool is_accepted_by_element(const GstCaps* caps, bool any_media) {

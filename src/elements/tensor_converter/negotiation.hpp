@@ -19,11 +19,11 @@ Result<Preferences> read_preferences(const ConverterSettings& settings, const gs
 // as a mode requires, all media are offered.
 gst::Ref<GstCaps> offered_caps(GstPad* sink, GstPad* source, const GstCaps* filter, bool any_media);
 
-// What the source pad will have, before caps: for upstream caps that leave only the framerate open.
-// Empty where the stream, a converter of its own or the peer decides, and where upstream may have
-// caps that are not among these. `filter` may be null.
-gst::Ref<GstCaps> expected_caps(GstPad* sink, GstPad* source, const ConverterSettings& settings,
-                                const GstCaps* filter);
+// What the source pad will have, with any framerate, for such an input. Null where that is not
+// known: where the stream, a converter of its own or the peer decides, or more than the framerate
+// is open.
+gst::Ref<GstCaps> expected_caps(const GstCaps* input, GstPad* source,
+                                const ConverterSettings& settings);
 
 // Whether these caps may reach the element, to be accepted or rejected with an error.
 bool is_accepted_by_element(const GstCaps* caps, bool any_media);

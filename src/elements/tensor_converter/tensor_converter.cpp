@@ -13,6 +13,7 @@
 #include "gstcpp/element/backwards_time.hpp"
 #include "gstcpp/element/base_classes.hpp"
 #include "gstcpp/element/model_event.hpp"
+#include "gstcpp/pads/expected_caps.hpp"
 #include "weir/join.hpp"
 
 namespace weir {
@@ -78,6 +79,7 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
     return unknown ? Status(no_function(mode->name)) : ok();
   }
   void property_changed(const char* name) {
+    expected_.forget();
     if (std::strcmp(name, "mode") != 0) return;
     const auto mode = parse_converter_mode(settings().mode);
     mode_is_reported_ = false;
@@ -216,7 +218,9 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
         !gst_pad_has_current_caps(sink_)) {
       GstCaps* filter = nullptr;
       gst_query_parse_caps(query, &filter);
-      const auto expected = expected_caps(sink_, source_, settings(), filter);
+      const auto expected = expected_.query(sink_, filter, [this](GstCaps* input) {
+        return expected_caps(input, source_, settings());
+      });
       if (!gst_caps_is_empty(expected.get())) {
         gst_query_set_caps_result(query, expected.get());
         return TRUE;
@@ -278,6 +282,7 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
   void reset() {
     drop_waiting(DropReason::Flush);
     stream_.reset();
+    expected_.forget();
     gst_segment_init(&segment_, GST_FORMAT_TIME);
   }
 
@@ -376,6 +381,7 @@ class TensorConverter : public gst::Element<TensorConverter, gst::PlainElement> 
   GstSegment segment_{};
   ClientStreams streams_{[this](uint64_t lost) { on_client_replaced(lost); }};
   TensorStream stream_{&ledger_, &buffer_limit_, &streams_};
+  gst::ExpectedCaps expected_;
   std::atomic<bool> mode_is_reported_{false};  // posted while there was a bus
   // Written by the streaming thread, read by stats:
   std::atomic<uint64_t> missing_times_{0}, clients_replaced_{0};

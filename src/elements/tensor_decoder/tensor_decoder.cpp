@@ -19,6 +19,7 @@
 #include "gstcpp/element/model_event.hpp"
 #include "gstcpp/element/property_file.hpp"
 #include "gstcpp/pads/early_events.hpp"
+#include "gstcpp/pads/expected_caps.hpp"
 #include "gstcpp/pads/timed_tensors.hpp"
 #include "weir/join.hpp"
 
@@ -112,6 +113,7 @@ class TensorDecoder : public gst::CountedTransform<TensorDecoder> {
     return gst::check_property_file(wanted.config_file);
   }
   void property_changed(const char* name) {
+    expected_.forget();
     if (std::strcmp(name, "config-file") != 0) return;
     config_file_.read(G_OBJECT(element()), settings().config_file);
   }
@@ -119,9 +121,9 @@ class TensorDecoder : public gst::CountedTransform<TensorDecoder> {
   Status start() {
     ledger_.reset();
     if (auto status = config_file_.report(element()); !status) return status;
-    auto opened = open_as(take_settings(&followed_));
-    if (!opened) return opened.error();
     model_.reset();
+    auto opened = open_for_stream(take_settings(&followed_));
+    if (!opened) return opened.error();
     waiting_ = false;
     use(*std::move(opened));
     return ok();
@@ -130,6 +132,8 @@ class TensorDecoder : public gst::CountedTransform<TensorDecoder> {
     std::lock_guard lock(probe_mutex_);
     decoder_.reset();
     probe_.reset();
+    probe_model_.reset();
+    expected_.forget();
     input_ = {};
     results_.configure(nullptr);
     early_.clear();
@@ -164,7 +168,9 @@ class TensorDecoder : public gst::CountedTransform<TensorDecoder> {
         !gst_pad_has_current_caps(GST_BASE_TRANSFORM_SINK_PAD(self()))) {
       GstCaps* filter = nullptr;
       gst_query_parse_caps(query, &filter);
-      const auto expected = expected_caps(filter);
+      const auto expected =
+          expected_.query(GST_BASE_TRANSFORM_SINK_PAD(self()), filter,
+                          [this](GstCaps* input) { return expected_caps(input); });
       if (!gst_caps_is_empty(expected.get())) {
         gst_query_set_caps_result(query, expected.get());
         return TRUE;
@@ -186,6 +192,7 @@ class TensorDecoder : public gst::CountedTransform<TensorDecoder> {
       follow_model(Ref<GstEvent>::adopt(event));
       return TRUE;
     }
+    if (GST_EVENT_TYPE(event) == GST_EVENT_CAPS && !input_.valid()) follow_early_properties();
     if (hold(event)) return TRUE;
     switch (GST_EVENT_TYPE(event)) {
       case GST_EVENT_STREAM_START:
@@ -245,12 +252,29 @@ class TensorDecoder : public gst::CountedTransform<TensorDecoder> {
     if (!options) return options.error();
     return open_decoder(s.mode, *std::move(options));
   }
+  // Opens a decoder that knows the model of the stream.
+  Result<OpenDecoder> open_for_stream(const Settings& s) {
+    auto opened = open_as(s);
+    if (!opened) return opened;
+    const auto model = model_for(*opened->decoder, s);
+    opened->decoder->set_model(model);
+    opened->probe->set_model(model);
+    return opened;
+  }
+  // The model of the stream, with the labels of its card where the decoder needs them.
+  std::shared_ptr<const DescribedModel> model_for(const FrameDecoder& decoder, const Settings& s) {
+    if (!model_ || !decoder.uses_model() || !s.labels.value_or("").empty()) return model_;
+    DescribedModel out = *model_;
+    labels_.add_card_labels(&out);
+    return std::make_shared<const DescribedModel>(std::move(out));
+  }
   void use(OpenDecoder opened) {
     for (const auto& warning : opened.warnings) gst::post_warning(element(), warning);
     labels_.pass_to(opened.decoder.get());
     std::lock_guard lock(probe_mutex_);
     decoder_ = std::move(opened.decoder);
     probe_ = std::move(opened.probe);
+    expected_.forget();
   }
 
   gboolean handle_caps_event(GstEvent* event) {
@@ -310,10 +334,14 @@ class TensorDecoder : public gst::CountedTransform<TensorDecoder> {
   }
 
   void set_model(std::shared_ptr<const DescribedModel> model) {
+    if (!model && !model_) return;
     model_ = std::move(model);
+    auto known = decoder_ ? model_for(*decoder_, followed_.in_force) : model_;
     std::lock_guard lock(probe_mutex_);
-    if (decoder_) decoder_->set_model(model_);
-    if (probe_) probe_->set_model(model_);
+    if (decoder_) decoder_->set_model(known);
+    if (probe_) probe_->set_model(known);
+    probe_model_ = std::move(known);
+    expected_.forget();
   }
   // Between two frames: a decoder that has read the stream without this model is opened again.
   void follow_model(const Ref<GstEvent>& event) {
@@ -324,8 +352,6 @@ class TensorDecoder : public gst::CountedTransform<TensorDecoder> {
                              static_cast<void*>(event.get()));
       return;
     }
-    const bool has_labels = !followed_.in_force.labels.value_or("").empty();
-    if (decoder_ && decoder_->uses_model() && !has_labels) labels_.add_card_labels(&*described);
     if (model_ && *model_ == *described) return;
     set_model(std::make_shared<const DescribedModel>(*std::move(described)));
     if (waiting_) return static_cast<void>(begin());
@@ -355,16 +381,19 @@ class TensorDecoder : public gst::CountedTransform<TensorDecoder> {
     if (follow_settings(&followed_, [this](const Settings& wanted) { return follow(wanted); }))
       gst_base_transform_reconfigure_src(self());
   }
+  // Before the first caps.
+  void follow_early_properties() {
+    if (!decoder_) return;
+    follow_settings(&followed_, [this](const Settings& wanted) {
+      auto opened = open_for_stream(wanted);
+      if (!opened) return Status(opened.error());
+      use(*std::move(opened));
+      return ok();
+    });
+  }
   Status follow(const Settings& wanted) {
-    auto opened = open_as(wanted);
+    auto opened = open_for_stream(wanted);
     if (!opened) return opened.error();
-    if (model_ && decoder_->uses_model() && wanted.labels.value_or("").empty()) {
-      DescribedModel described = *model_;
-      labels_.add_card_labels(&described);
-      model_ = std::make_shared<const DescribedModel>(std::move(described));
-    }
-    opened->decoder->set_model(model_);
-    opened->probe->set_model(model_);
     // GstBaseTransform does not set unchanged caps again, so the decoder is configured here.
     opened->decoder->set_caps(input_caps_.get());
     opened->probe->set_caps(input_caps_.get());
@@ -396,40 +425,35 @@ class TensorDecoder : public gst::CountedTransform<TensorDecoder> {
   }
 
   Result<Ref<GstCaps>> output_for(GstCaps* caps) {
-    const auto any = [] { return Ref<GstCaps>::adopt(gst_caps_new_any()); };
-    if (!gst_caps_is_fixed(caps)) return any();
     std::lock_guard lock(probe_mutex_);
-    if (!probe_) return any();
+    return configure_with(probe_.get(), caps);
+  }
+  static Result<Ref<GstCaps>> configure_with(FrameDecoder* decoder, GstCaps* caps) {
+    if (!decoder || !gst_caps_is_fixed(caps)) return Ref<GstCaps>::adopt(gst_caps_new_any());
     const auto spec = gst::fixed_spec_from_caps(caps);
     if (!spec) return spec.error();
-    probe_->set_caps(caps);
-    return probe_->configure(*spec);
+    decoder->set_caps(caps);
+    return decoder->configure(*spec);
   }
 
-  // What the source pad will have, before caps: for upstream caps that leave only the framerate
-  // open. Elements of tensors offer open ones after those of their stream. Empty if the decoder can
-  // read none.
-  Ref<GstCaps> expected_caps(const GstCaps* filter) {
-    auto out = Ref<GstCaps>::adopt(gst_caps_new_empty());
-    const auto offered =
-        Ref<GstCaps>::adopt(gst_pad_peer_query_caps(GST_BASE_TRANSFORM_SINK_PAD(self()), nullptr));
+  // The output for such an input, with any framerate. Empty if the decoder cannot read it, or more
+  // is open: elements of tensors offer open caps after those of their stream.
+  Ref<GstCaps> expected_caps(GstCaps* input) {
+    gst_caps_set_simple(input, "framerate", GST_TYPE_FRACTION, 0, 1, nullptr);
+    auto made = expected_output(input);
+    if (!made || gst_caps_is_any(made->get())) return Ref<GstCaps>::adopt(gst_caps_new_empty());
+    auto open = Ref<GstCaps>::adopt(gst_caps_make_writable(made->release()));
+    gst_caps_set_simple(open.get(), "framerate", GST_TYPE_FRACTION_RANGE, 0, 1, G_MAXINT, 1,
+                        nullptr);
+    return open;
+  }
+  // As the properties are now: the caps will apply those written since the start.
+  Result<Ref<GstCaps>> expected_output(GstCaps* input) {
+    auto written = is_written() ? open_as(settings()) : Result<OpenDecoder>(OpenDecoder{});
     std::lock_guard lock(probe_mutex_);
-    for (guint i = 0; probe_ && offered && i < gst_caps_get_size(offered.get()); ++i) {
-      const auto input = Ref<GstCaps>::adopt(gst_caps_copy_nth(offered.get(), i));
-      gst_caps_set_simple(input.get(), "framerate", GST_TYPE_FRACTION, 0, 1, nullptr);
-      const auto spec = gst::fixed_spec_from_caps(input.get());
-      if (!spec) continue;
-      probe_->set_caps(input.get());
-      auto made = probe_->configure(*spec);
-      if (!made) continue;
-      auto open = Ref<GstCaps>::adopt(gst_caps_make_writable(made->release()));
-      gst_caps_set_simple(open.get(), "framerate", GST_TYPE_FRACTION_RANGE, 0, 1, G_MAXINT, 1,
-                          nullptr);
-      out = Ref<GstCaps>::adopt(gst_caps_merge(out.release(), open.release()));
-    }
-    return filter ? Ref<GstCaps>::adopt(gst_caps_intersect_full(
-                        const_cast<GstCaps*>(filter), out.get(), GST_CAPS_INTERSECT_FIRST))
-                  : out;
+    if (!written || !written->probe) return configure_with(probe_.get(), input);
+    written->probe->set_model(probe_model_);
+    return configure_with(written->probe.get(), input);
   }
 
   // Posts the reason when GstBaseTransform rejected caps without an error.
@@ -492,8 +516,10 @@ class TensorDecoder : public gst::CountedTransform<TensorDecoder> {
     return true;
   }
 
-  std::mutex probe_mutex_;                 // guards probe_
-  std::shared_ptr<FrameDecoder> probe_;    // answers caps queries on any thread
+  std::mutex probe_mutex_;               // guards probe_ and probe_model_
+  std::shared_ptr<FrameDecoder> probe_;  // answers caps queries on any thread
+  std::shared_ptr<const DescribedModel> probe_model_;
+  gst::ExpectedCaps expected_;
   std::shared_ptr<FrameDecoder> decoder_;  // streaming thread
   FrameSpec input_;                        // streaming thread
   Ref<GstCaps> input_caps_;                // streaming thread
