@@ -79,34 +79,36 @@ void CornerBoxes::add(std::span<const float, 4> box, float score, float class_in
   // 1/127.5.
   class_index = std::round(class_index);
   if (!reaches(score, threshold_) || !(class_index >= 0 && class_index < kMaxClasses)) return;
-  const detection::Candidate candidate{.x = box[0],
-                                       .y = box[1],
-                                       .width = box[2],
-                                       .height = box[3],
-                                       .score = score,
-                                       .class_index = static_cast<int32_t>(class_index),
-                                       .row = static_cast<uint32_t>(row)};
-  if (!candidate.is_finite()) return;
+  if (!std::all_of(box.begin(), box.end(), [](float edge) { return std::isfinite(edge); })) return;
   numbers_.add(box);
-  found_.push_back(candidate);
+  found_.push_back({.edges = {box[0], box[1], box[2], box[3]},
+                    .score = score,
+                    .class_index = static_cast<int32_t>(class_index),
+                    .row = static_cast<uint32_t>(row)});
 }
 
 detection::Candidates CornerBoxes::take(Size input) {
   const bool are_parts = numbers_.unit() == Unit::Picture;
   if (are_parts && !found_.empty()) require_size(input);
   const auto width = static_cast<float>(input.width), height = static_cast<float>(input.height);
-  const bool is_clipped = are_clipped_ && (are_parts || input.width > 0);
-  for (detection::Candidate& candidate : found_) {
-    float edges[] = {candidate.x, candidate.y, candidate.width, candidate.height};
-    if (is_clipped) clip(are_parts ? 1 : width, are_parts ? 1 : height, edges);
-    candidate.x = edges[0], candidate.width = edges[2] - edges[0];
-    candidate.y = edges[1], candidate.height = edges[3] - edges[1];
-    if (!are_parts) continue;
-    candidate.x *= width, candidate.width *= width;
-    candidate.y *= height, candidate.height *= height;
+  const float right = are_parts ? 1 : width, bottom = are_parts ? 1 : height;
+  const float scale_x = are_parts ? width : 1, scale_y = are_parts ? height : 1;
+  const bool is_clipped = are_clipped_ && right > 0;
+  detection::Candidates out;
+  for (Found& found : found_) {
+    auto& edges = found.edges;
+    if (is_clipped) clip(right, bottom, edges);
+    const detection::Candidate candidate{.x = edges[0] * scale_x,
+                                         .y = edges[1] * scale_y,
+                                         .width = (edges[2] - edges[0]) * scale_x,
+                                         .height = (edges[3] - edges[1]) * scale_y,
+                                         .score = found.score,
+                                         .class_index = found.class_index,
+                                         .row = found.row};
+    if (candidate.is_finite()) out.push_back(candidate);
   }
-  std::erase_if(found_, [](const auto& candidate) { return !candidate.is_finite(); });
-  return std::exchange(found_, {});
+  found_.clear();
+  return out;
 }
 
 void require_size(Size input) {

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <optional>
 #include <span>
+#include <vector>
 
 #include "core/heads/head_options.hpp"
 #include "core/tensor/geometry.hpp"
@@ -64,10 +65,16 @@ class CornerBoxes {
   std::optional<Error> contradiction() const { return numbers_.contradiction(); }
 
  private:
+  struct Found {
+    float edges[4];  // left, top, right and bottom, in the model's unit
+    float score;
+    int32_t class_index;
+    uint32_t row;
+  };
   UnitOfNumbers numbers_;
   float threshold_;
   bool are_clipped_;
-  detection::Candidates found_;  // width and height are x2 and y2 until take()
+  std::vector<Found> found_;
 };
 
 // Whether a score makes a candidate: finite, above 0 and at least the threshold.
