@@ -8,6 +8,7 @@
 #include <string>
 
 #include "core/detection/best_class.hpp"
+#include "core/detection/sigmoid.hpp"
 #include "core/tensor/geometry.hpp"
 #include "core/text/text.hpp"
 
@@ -162,7 +163,7 @@ Candidates decode(const SsdHead& head, const BoxPriors& priors, const SsdScales&
                               .y = (centre_y - height / 2) * picture_height,
                               .width = width * picture_width,
                               .height = height * picture_height,
-                              .score = 1 / (1 + std::exp(-best.score)),
+                              .score = sigmoid(best.score),
                               .class_index = best.class_index,
                               .row = static_cast<uint32_t>(i)};
     if (candidate.is_finite()) found.push_back(candidate);
@@ -215,7 +216,7 @@ Candidates decode_palms(std::span<const float> boxes, std::span<const float> sco
   const auto picture_height = static_cast<float>(picture.height);
   Candidates found;
   for (size_t i = 0; i < scores.size(); ++i) {
-    const float score = 1 / (1 + std::exp(-std::clamp(scores[i], -kMaxRaw, kMaxRaw)));
+    const float score = sigmoid(std::clamp(scores[i], -kMaxRaw, kMaxRaw));
     if (!(score >= threshold)) continue;
     const auto box = boxes.subspan(kPalmRow * i, 4);
     const Anchor& anchor = anchors[i];

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/detection/sigmoid.hpp"
+
 namespace weir::detection {
 namespace {
 
@@ -25,7 +27,7 @@ float sample_at(float from, float to, uint32_t index, uint32_t count) noexcept {
 }
 
 uint8_t to_probability(float sum) noexcept {
-  const float probability = 1 / (1 + std::exp(-sum));
+  const float probability = sigmoid(sum);
   return std::isnan(probability) ? uint8_t{0}
                                  : static_cast<uint8_t>(std::lround(probability * 255));
 }

@@ -3,8 +3,9 @@
 #include "core/tensor/geometry.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
+
+#include "core/detection/sigmoid.hpp"
 
 namespace weir::detection {
 namespace {
@@ -17,10 +18,6 @@ struct Best {
   float probability[kTogether];
   uint32_t cell[kTogether];
 };
-
-float sigmoid(float value) noexcept {
-  return 1 / (1 + std::exp(-value));
-}
 
 // Sigmoids are compared, not the values: several large values have the sigmoid 1, and then the
 // first wins. A value that is not above the greatest so far cannot have a greater sigmoid.

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/detection/sigmoid.hpp"
+
 namespace weir::detection {
 namespace {
 
@@ -42,7 +44,7 @@ struct Peak {
 };
 
 float probability(float logit) noexcept {
-  const float value = 1 / (1 + std::exp(-logit));
+  const float value = sigmoid(logit);
   return value > 0 ? value : 0;
 }
 

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "core/detection/best_class.hpp"
+#include "core/detection/sigmoid.hpp"
 #include "core/heads/coordinates.hpp"
 #include "core/heads/families.hpp"
 #include "core/heads/output_shapes.hpp"
@@ -216,7 +217,7 @@ class RtDetr final : public QueryHead {
   }
   bool choose(std::span<const float> row, Candidate* candidate) const override {
     const float best = detection::best_score(row);
-    candidate->score = kind_ == ScoreKind::Logits ? 1 / (1 + std::exp(-best)) : best;
+    candidate->score = kind_ == ScoreKind::Logits ? detection::sigmoid(best) : best;
     candidate->class_index = detection::class_with(row, best);
     return reaches(candidate->score);
   }

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "core/detection/dense_scores.hpp"
+#include "core/detection/sigmoid.hpp"
 #include "core/heads/coordinates.hpp"
 #include "core/heads/dense_layout.hpp"
 #include "core/heads/output_shapes.hpp"
@@ -17,12 +18,9 @@ namespace {
 
 using detection::Candidate;
 using detection::Candidates;
+using detection::sigmoid;
 
 constexpr size_t kCocoClasses = 80;
-
-float sigmoid(float x) noexcept {
-  return 1 / (1 + std::exp(-x));
-}
 
 Failure other_size(size_t offered, size_t needed) {
   return Failure({.code = Code::SPEC_MISMATCH,

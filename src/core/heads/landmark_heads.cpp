@@ -7,6 +7,7 @@
 
 #include <algorithm>
 
+#include "core/detection/sigmoid.hpp"
 #include "core/heads/head_options.hpp"
 #include "core/heads/output_shapes.hpp"
 #include "core/heads/points_head.hpp"
@@ -94,13 +95,15 @@ class LandmarkHead final : public PointsHead {
   Candidates find(OutputValues& outputs, Size) override {
     begin();
     const float presence = outputs.read(layout_.presence)[0];
-    const float score = network_.presence_is_logit ? sigmoid(presence) : to_probability(presence);
+    const float score =
+        to_probability(network_.presence_is_logit ? detection::sigmoid(presence) : presence);
     if (!(score >= threshold_) || score == 0) return {};
     const float* values = outputs.read(layout_.points).data();
     std::vector<results::KeyPoint> points;
     for (size_t i = 0; i < points_per_object(); ++i, values += layout_.form.values)
-      points.push_back(
-          key_point(values[0], values[1], layout_.form.values > 3 ? sigmoid(values[3]) : score));
+      points.push_back(key_point(
+          values[0], values[1],
+          layout_.form.values > 3 ? to_probability(detection::sigmoid(values[3])) : score));
     const bool is_right = layout_.side && outputs.read(*layout_.side)[0] > 0.5f;
     add(points, kMinVisibility, score, is_right ? 1 : 0);
     return take();

@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/detection/sigmoid.hpp"
 #include "core/heads/head_options.hpp"
 #include "core/heads/output_shapes.hpp"
 #include "core/heads/points_head.hpp"
@@ -143,7 +144,7 @@ class AnchorHead final : public Head {
     const auto scores = outputs.read(layout_.scores);
     Candidates found;
     for (size_t i = 0; i < anchors_.size(); ++i) {
-      const float score = sigmoid(scores[i]);
+      const float score = detection::sigmoid(scores[i]);
       if (!(score >= threshold_) || score == 0) continue;
       const float* values = get_values(outputs, i);
       const auto centre = point_at(i, values, input);

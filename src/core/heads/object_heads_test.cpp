@@ -446,6 +446,9 @@ TEST(GridDetectors, FastestDetGivesBoxesRelativeToItsCells) {
   }
   const TestOutput bad("4:4:11:1", Floats(16 * 11, NAN));
   EXPECT_EQ(run_head({bad}).found.size(), 0u);
+  rows[cells[0] * kLength + 3] = NAN;  // the width of the first object
+  const TestOutput half("4:4:11:1", transposed(rows, kLength));
+  expect_found(run_head({half}, {.threshold = 0.5f}).found, {kObjects[1]});
 }
 
 TEST(GridDetectors, NanoDetGivesDistributionsOfDistances) {

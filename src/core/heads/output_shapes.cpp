@@ -3,7 +3,6 @@
 #include "core/tensor/geometry.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <utility>
 
 #include "core/text/text.hpp"
@@ -62,10 +61,6 @@ void need_input_size(Size input) {
 
 float to_probability(float value) noexcept {
   return value > 0 ? std::min(value, 1.0f) : 0;
-}
-
-float sigmoid(float logit) noexcept {
-  return to_probability(1 / (1 + std::exp(-logit)));
 }
 
 }  // namespace weir::heads

@@ -30,6 +30,5 @@ void need_input_size(Size input);
 
 // A probability from a value that may be anything: 0 for NaN.
 float to_probability(float value) noexcept;
-float sigmoid(float logit) noexcept;  // 0 for NaN
 
 }  // namespace weir::heads

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "core/detection/sigmoid.hpp"
 #include "core/heads/coordinates.hpp"
 #include "core/tensor/geometry.hpp"
 
@@ -76,10 +77,6 @@ std::vector<YoloGrid> find_grids(const ModelSignature& model) {
 
 enum class Version { Three, FiveOrSeven };
 
-float yolo_sigmoid(float x) noexcept {
-  return 1 / (1 + std::exp(-x));
-}
-
 class YoloGrids final : public Head {
  public:
   YoloGrids(std::vector<YoloGrid> grids, std::vector<float> anchors, Size input, Version version,
@@ -119,7 +116,7 @@ class YoloGrids final : public Head {
 
  private:
   float activated(float number) const noexcept {
-    return kind_ == ScoreKind::Logits ? yolo_sigmoid(number) : number;
+    return kind_ == ScoreKind::Logits ? detection::sigmoid(number) : number;
   }
 
   void add(const YoloGrid& grid, std::span<const float> numbers, size_t anchor,
