@@ -109,6 +109,17 @@ GstPadProbeReturn on_results(GstPad*, GstPadProbeInfo* info, gpointer user) {
   return GST_PAD_PROBE_OK;
 }
 
+// The same with the option of this command in place of custom=head:NAME. Fixes with settings of a
+// head are for pipelines only.
+Diagnostic with_own_options(Diagnostic found) {
+  std::string& fix = found.error.fix;
+  if (fix.find(',') != std::string::npos) return found;
+  for (const std::string_view text : {"tensor_decoder custom=head:", "custom=head:"})
+    for (size_t at = 0; (at = fix.find(text, at)) != std::string::npos;)
+      fix.replace(at, text.size(), "--head ");
+  return found;
+}
+
 }  // namespace
 
 int try_model_on_input(const TryOptions& options) {
@@ -136,16 +147,19 @@ int try_model_on_input(const TryOptions& options) {
   if (!adopted) return report(adopted.error(), false);
   PipelineRun run(*std::move(adopted));
   if (options.show && is_photo(options.input)) run.stop_at_first_signal();
-  const RunEnd ending = run.play({.progress = {},
-                                  .notice =
-                                      [](const std::string& text) {
-                                        std::fprintf(stderr, "%s\n", printable_text(text).c_str());
-                                      },
-                                  .warning = print_warning,
-                                  .playing = {},
-                                  .stopping = {}});
+  const RunEnd ending = run.play(
+      {.progress = {},
+       .notice =
+           [](const std::string& text) {
+             std::fprintf(stderr, "%s\n", printable_text(text).c_str());
+           },
+       .warning = [](const Diagnostic& warning) { print_warning(with_own_options(warning)); },
+       .playing = {},
+       .stopping = {}});
   if (ending == RunEnd::Error && run.errors().front().is_closed_window) return kExitGood;
-  print_errors(run.errors());
+  auto errors = run.errors();
+  for (auto& error : errors) error = with_own_options(std::move(error));
+  print_errors(errors);
   if (!options.output.empty() && ending == RunEnd::Eos)
     std::fprintf(stderr, "%s\n", options.output.c_str());
   if (ending == RunEnd::Eos) return kExitGood;

@@ -144,7 +144,21 @@ class Refused(Case):
     def test_a_mode_or_a_head_that_does_not_exist(self):
         self.refused(weir("try", "--mode", "detect", MODEL, "test", **CARDS), 1, "WEIR-1004", "there is no such mode",
                      "offered: --mode detect", "one of: text, detection")
-        self.refused(weir("try", "--head", "yolo99", MODEL, "test", **CARDS), 1, "WEIR-1004", "this mode has no such head", "yolo99")
+        self.refused(weir("try", "--head", "yolo99", MODEL, "test", **CARDS), 1, "WEIR-1004", "this mode has no such head", "offered: --head yolo99")
+        self.refused(weir("try", "--head", "yolov8x", MODEL, "test", **CARDS), 1, "WEIR-1004", "did you mean yolov8?", "fix: --head yolov8")
+
+    @unittest.skipUnless(HAS_ONNX, "the engine onnxruntime is not built")
+    def test_a_warning_of_the_pipeline_names_the_option_of_the_command(self):
+        path = self.folder / "faces.onnx"
+        scores, boxes = numpy.zeros((1, 4420, 2), "f"), numpy.tile(numpy.array([0.9, -0.5, -1.75, 2.25], "f"), (1, 4420, 1))
+        scores[0, 100, 1] = 0.9
+        nodes = [("ReduceMean", ("image",), "mean"), ("Mul", ("mean", "zero"), "nothing"), ("Add", ("nothing", "s"), "scores"), ("Add", ("nothing", "b"), "boxes")]
+        path.write_bytes(onnx_writer.model(nodes, {"zero": numpy.zeros(1, "f"), "s": scores, "b": boxes}, [("image", (1, 3, 240, 320))],
+                                           [("scores", (1, *scores.shape)), ("boxes", (1, *boxes.shape))]))
+        warned = weir("try", "--head", "ultraface", path, "test", **CARDS).stderr
+        self.assertIn("offsets from prior boxes", warned)
+        self.assertRegex(warned, r"fix: --head ultraface-raw\b")
+        self.assertNotIn("custom=head:ultraface-raw", warned)
 
     @unittest.skipUnless(HAS_ONNX, "the engine onnxruntime is not built")
     def test_outputs_that_can_be_read_in_several_ways(self):

@@ -217,7 +217,9 @@ class ResultsDecoder {
  public:
   ResultsDecoder(const Options& options, uint32_t tasks)
       : tasks_(tasks), settings_(read_results_settings(options)) {
-    if (!settings_.head.empty()) named_ = &heads::family_named(settings_.head, tasks_);
+    if (settings_.head.empty()) return;
+    named_ = &heads::family_named(settings_.head, tasks_);
+    check_custom(*named_, settings_);
   }
 
   void set_model(const weir_stream_model* model) noexcept { model_.set(model); }
@@ -292,7 +294,7 @@ class ResultsDecoder {
   }
   void open_head(heads::ModelSignature facts) {
     const heads::Family& family = named_ ? *named_ : heads::recognise(facts, tasks_);
-    check_custom(family, settings_);
+    if (!named_) check_custom(family, settings_);
     head_ = heads::open_head(family, facts,
                              {.threshold = settings_.threshold.value_or(family.threshold),
                               .custom = settings_.custom,

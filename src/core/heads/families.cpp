@@ -120,7 +120,7 @@ std::span<const Family* const> all_families() {
   return kFamilies;
 }
 
-const Family& family_named(std::string_view name, uint32_t tasks) {
+const Family& family_named(std::string_view name, uint32_t tasks, const std::string& option) {
   const auto families = list_families(tasks);
   std::vector<std::string> words;
   for (const Family* family : families)
@@ -131,10 +131,10 @@ const Family& family_named(std::string_view name, uint32_t tasks) {
   const std::string close = nearest(std::string(name), words);
   throw Failure({.code = Code::OPTION_VALUE,
                  .what = "this mode has no such head",
-                 .offered = "custom=head:" + std::string(name),
+                 .offered = option + std::string(name),
                  .needed = "one of: " + join(words, ", "),
                  .difference = close.empty() ? "" : "did you mean " + close + "?",
-                 .fix = close.empty() ? "" : "custom=head:" + close});
+                 .fix = close.empty() ? "" : option + close});
 }
 
 std::unique_ptr<Head> open_head(const Family& family, const ModelSignature& model,

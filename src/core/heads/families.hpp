@@ -9,8 +9,10 @@ namespace weir::heads {
 std::span<const Family* const> all_families();
 
 // The family with this name or alias that has one of `tasks`. Throws Failure (OPTION_VALUE, with
-// the names, and the nearest) if there is none.
-const Family& family_named(std::string_view name, uint32_t tasks);
+// the names, and the nearest) if there is none. `option`: what comes before the name in the user's
+// text.
+const Family& family_named(std::string_view name, uint32_t tasks,
+                           const std::string& option = "custom=head:");
 
 // The families with one of `tasks` that fit the model: those that are certain, else those that are
 // possible. Throws Failure (SPEC_MISMATCH) for outputs that open_head() refuses by their size.
