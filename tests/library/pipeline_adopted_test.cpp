@@ -25,9 +25,7 @@ TEST(AdoptedPipeline, TakesFramesAndReturnsThem) {
     ASSERT_TRUE(p->start());
     const Values x{1, 2};
     ASSERT_TRUE(p->push("in", std::span<const float>(x), {.shape = {2}}));
-    const auto frame = p->pull<float>("out", kLong);
-    ASSERT_TRUE(frame && *frame);
-    EXPECT_EQ(std::vector((**frame)[0].as<float>()->begin(), (**frame)[0].as<float>()->end()), x);
+    EXPECT_EQ(pulled(*p, "out"), x);
     EXPECT_REFUSED(Pipeline::adopt(made), OPTION_VALUE, "needed: a GstPipeline in the state NULL");
   }
   EXPECT_EQ(GST_STATE(made), GST_STATE_NULL);

@@ -26,13 +26,6 @@ using weir::TensorShape;
 using weir::TensorView;
 using Values = std::vector<float>;
 
-Values pulled(Pipeline& pipeline, const std::string& name) {
-  const auto frame = pipeline.pull<float>(name, kLong);
-  if (!frame) throw std::runtime_error(frame.error().message());
-  if (!*frame) return {};
-  const auto all = *(**frame)[0].as<float>();
-  return {all.begin(), all.end()};
-}
 std::span<const float> span(const Values& values) {
   return values;
 }

@@ -4,6 +4,7 @@
 #include <chrono>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
 #include "weir/pipeline.hpp"
 
@@ -21,6 +22,15 @@ inline Pipeline started(const std::string& text) {
   if (const auto status = pipeline.start(); !status)
     throw std::runtime_error(status.error().message());
   return pipeline;
+}
+
+// The first tensor of the next frame at a sink; empty at the end of the stream.
+inline std::vector<float> pulled(Pipeline& pipeline, const std::string& name) {
+  const auto frame = pipeline.pull<float>(name, kLong);
+  if (!frame) throw std::runtime_error(frame.error().message());
+  if (!*frame) return {};
+  const auto all = *(**frame)[0].as<float>();
+  return {all.begin(), all.end()};
 }
 
 }  // namespace weir::pipeline_test

@@ -123,15 +123,20 @@ TEST(FaceResults, YunetNeedsTheSizeOfThePicture) {
   EXPECT_SAYS(run.error, "the YuNet outputs belong to a different picture size");
 }
 
+void expect_no_face(const std::vector<TestTensor>& tensors, const TestModel& model,
+                    const DecoderOptions& options) {
+  ResultsRun run("detection", options);
+  ASSERT_TRUE(run.configure(tensors, &model)) << run.error;
+  run.decode(tensors);
+  ASSERT_EQ(run.n_rows(), 1u) << run.error;
+  EXPECT_TRUE(run.row(0).is_background());
+}
+
 TEST(FaceResults, YunetIgnoresNumbersThatAreNotFinite) {
   for (const float value : {NAN, INFINITY, -INFINITY}) {
     YunetOutputs outputs(96, 64);
     outputs.fill(value);
-    ResultsRun run("detection", {});
-    ASSERT_TRUE(run.configure(outputs.tensors(), &kYunetModel)) << run.error;
-    run.decode(outputs.tensors());
-    ASSERT_EQ(run.n_rows(), 1u) << run.error;
-    EXPECT_TRUE(run.row(0).is_background()) << value;
+    expect_no_face(outputs.tensors(), kYunetModel, {});
   }
 }
 
@@ -162,29 +167,19 @@ struct UltrafaceTensors {
 const TestModel kUltrafaceModel{
     .path = "/models/ultra.onnx", .input = "320:240:3:1", .names = {"scores", "boxes"}};
 
-TEST(FaceResults, UltrafaceBoxesArePartsOfThePicture) {
-  UltrafaceTensors outputs;
-  outputs.scores[2 * 77] = 0.1f, outputs.scores[2 * 77 + 1] = 0.9f;
-  const float box[]{0.25f, 0.5f, 0.5f, 0.75f};
-  std::copy(box, box + 4, outputs.boxes.begin() + 4 * 77);
-  ResultsRun run("detection", {});
-  ASSERT_TRUE(run.configure(outputs.tensors(), &kUltrafaceModel)) << run.error;
-  run.decode(outputs.tensors());
-  ASSERT_EQ(run.n_rows(), 1u) << run.error;
-  EXPECT_EQ(run.row(0).box(), (Box{80, 120, 160, 180}));
-  EXPECT_EQ(run.row(0).score(), 0.9f);
-}
-
-TEST(FaceResults, UltrafaceBoxesMayBeInPixels) {
-  UltrafaceTensors outputs;
-  outputs.scores[2 * 77] = 0.1f, outputs.scores[2 * 77 + 1] = 0.9f;
-  const float box[]{80, 120, 160, 180};
-  std::copy(box, box + 4, outputs.boxes.begin() + 4 * 77);
-  ResultsRun run("detection", {});
-  ASSERT_TRUE(run.configure(outputs.tensors(), &kUltrafaceModel)) << run.error;
-  run.decode(outputs.tensors());
-  ASSERT_EQ(run.n_rows(), 1u) << run.error;
-  EXPECT_EQ(run.row(0).box(), (Box{80, 120, 160, 180}));
+TEST(FaceResults, UltrafaceBoxesArePartsOfThePictureOrInPixels) {
+  for (const std::vector<float>& box :
+       {std::vector<float>{0.25f, 0.5f, 0.5f, 0.75f}, std::vector<float>{80, 120, 160, 180}}) {
+    UltrafaceTensors outputs;
+    outputs.scores[2 * 77] = 0.1f, outputs.scores[2 * 77 + 1] = 0.9f;
+    std::copy(box.begin(), box.end(), outputs.boxes.begin() + 4 * 77);
+    ResultsRun run("detection", {});
+    ASSERT_TRUE(run.configure(outputs.tensors(), &kUltrafaceModel)) << run.error;
+    run.decode(outputs.tensors());
+    ASSERT_EQ(run.n_rows(), 1u) << run.error;
+    EXPECT_EQ(run.row(0).box(), (Box{80, 120, 160, 180}));
+    EXPECT_EQ(run.row(0).score(), 0.9f);
+  }
 }
 
 // Encodes a box relative to a prior with these values.
@@ -250,11 +245,7 @@ TEST(FaceResults, UltrafaceIgnoresNumbersThatAreNotFinite) {
     std::fill(outputs.scores.begin(), outputs.scores.end(), 1.0f);
     std::fill(outputs.boxes.begin(), outputs.boxes.end(), INFINITY);
     outputs.scores[1] = NAN;
-    ResultsRun run("detection", {{"head", head}});
-    ASSERT_TRUE(run.configure(outputs.tensors(), &kUltrafaceModel)) << run.error;
-    run.decode(outputs.tensors());
-    ASSERT_EQ(run.n_rows(), 1u) << run.error;
-    EXPECT_TRUE(run.row(0).is_background());
+    expect_no_face(outputs.tensors(), kUltrafaceModel, {{"head", head}});
   }
 }
 

@@ -130,57 +130,49 @@ TEST(ResultsDecoder, ReadsQuantisedOutputs) {
   EXPECT_EQ(run.row(0).score(), 1);
 }
 
-TEST(ResultsDecoder, RegionsOfABatchAreParents) {
-  std::vector<float> both = head_of({}), second = head_of(kTwo);
-  both.insert(both.end(), second.begin(), second.end());
+// Reads a batch of two regions of 32 x 32, the second of which lies `distance` to the right.
+void read_regions(ResultsRun& run, const std::vector<Cell>& first, const std::vector<Cell>& second,
+                  SourceMap map, double distance) {
+  std::vector<float> both = head_of(first), more = head_of(second);
+  both.insert(both.end(), more.begin(), more.end());
   const TestTensor batch("21:7:2", both);
-  SourceMap map;
   map.width = map.height = 32;
   SourceMap moved = map;
-  moved.x0 = 100;
-  map.row = 1, moved.row = 2;
-  ResultsRun run("detection", {});
+  moved.x0 = distance;
+  if (map.row > 0) ++moved.row;
   ASSERT_TRUE(run.configure({batch}, &kModel, true)) << run.error;
   run.decode({batch}, {map, moved}, true);
   ASSERT_EQ(run.results.size(), 1u) << run.error;
+}
+
+TEST(ResultsDecoder, RegionsOfABatchAreParents) {
+  ResultsRun run("detection", {});
+  SourceMap map;
+  map.row = 1;
+  read_regions(run, {}, kTwo, map, 100);
   ASSERT_EQ(run.n_rows(), 2u);
   EXPECT_EQ(run.row(0).parent(), 1);
   EXPECT_EQ(run.row(0).box(), (Box{114, 5, 118, 11}));
 }
 
 TEST(ResultsDecoder, RegionsThatAreNoGridAreParents) {
-  std::vector<float> both = head_of({}), second = head_of(kTwo);
-  both.insert(both.end(), second.begin(), second.end());
-  const TestTensor batch("21:7:2", both);
-  SourceMap map;
-  map.width = map.height = 32;
-  map.source_width = 640, map.source_height = 480;
-  SourceMap moved = map;
-  moved.x0 = 100;
   ResultsRun run("detection", {});
-  ASSERT_TRUE(run.configure({batch}, &kModel, true)) << run.error;
-  run.decode({batch}, {map, moved}, true);
-  ASSERT_EQ(run.n_rows(), 2u) << run.error;
+  SourceMap map;
+  map.source_width = 640, map.source_height = 480;
+  read_regions(run, {}, kTwo, map, 100);
+  ASSERT_EQ(run.n_rows(), 2u);
   EXPECT_EQ(run.row(0).parent(), 1);
   EXPECT_EQ(run.row(1).parent(), 1);
 }
 
 TEST(ResultsDecoder, RegionsWithoutRowsAreTilesOfThePicture) {
-  std::vector<float> both = head_of(kTwo);
-  // The first object again, 12 pixels further left; and one that only the second tile has.
-  const auto second =
-      head_of({{3, {4, 8, 4, 6}, {0, 0.8f, 0}}, {18, {20, 25, 4, 4}, {0, 0.6f, 0}}});
-  both.insert(both.end(), second.begin(), second.end());
-  const TestTensor batch("21:7:2", both);
-  SourceMap map;
-  map.width = map.height = 32;
-  map.source_width = 44, map.source_height = 32;
-  SourceMap moved = map;
-  moved.x0 = 12;
   ResultsRun run("detection", {});
-  ASSERT_TRUE(run.configure({batch}, &kModel, true)) << run.error;
-  run.decode({batch}, {map, moved}, true);
-  ASSERT_EQ(run.n_rows(), 3u) << run.error;
+  SourceMap map;
+  map.source_width = 44, map.source_height = 32;
+  // The first object again, 12 pixels further left; and one that only the second tile has.
+  read_regions(run, kTwo, {{3, {4, 8, 4, 6}, {0, 0.8f, 0}}, {18, {20, 25, 4, 4}, {0, 0.6f, 0}}},
+               map, 12);
+  ASSERT_EQ(run.n_rows(), 3u);
   EXPECT_EQ(run.row(0).box(), (Box{14, 5, 18, 11}));
   EXPECT_EQ(run.row(1).box(), (Box{30, 23, 34, 27}));
   for (size_t i = 0; i < 3; ++i) EXPECT_EQ(run.row(i).parent(), -1) << "there are no rows of tiles";
