@@ -6,15 +6,12 @@
 #include <memory>
 #include <utility>
 
+#include "core/process/sink_data.hpp"
 #include "core/text/text.hpp"
 #include "weir/c_error.hpp"
 
 namespace weir::application {
 namespace {
-
-// Object data of a sink for libweir-pipeline (frame_sink.hpp): it drops frames that do not match
-// their caps.
-constexpr char kDropsUnreadable[] = "weir-drops-unreadable-frames";
 
 struct Named {
   std::string name, kind;
@@ -98,7 +95,7 @@ Status Pipeline::connect_sink(const std::string& name, bool is_unique) {
   if (!is_unique)
     return error.status(weir_pipeline_discard(pipeline_, name.c_str(), error.place()));
   const ElementRef found(weir_pipeline_get_element(pipeline_, name.c_str()));
-  if (found) g_object_set_data(G_OBJECT(found.get()), kDropsUnreadable, found.get());
+  if (found) g_object_set_data(G_OBJECT(found.get()), process::kDropsUnreadable, found.get());
   auto& sink = sinks_[name] = std::make_unique<SinkCallbacks>(this);
   return error.status(weir_pipeline_on_frame(pipeline_, name.c_str(), SinkCallbacks::on_frame,
                                              sink.get(), error.place()));

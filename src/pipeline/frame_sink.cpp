@@ -3,6 +3,7 @@
 
 #include <gst/app/app.h>
 
+#include "core/process/sink_data.hpp"
 #include "gstcpp/element/error.hpp"
 #include "gstcpp/element/log.hpp"
 #include "gstcpp/element/result_events.hpp"
@@ -94,7 +95,7 @@ void FrameSink::arrived(Arrived frame) {
   if (!visit) return;
   const auto read =
       PulledFrame::read(std::move(frame.buffer), std::move(frame.caps), std::move(frame.labels));
-  if (!read && g_object_get_data(G_OBJECT(element_.get()), kDropsUnreadable)) {
+  if (!read && g_object_get_data(G_OBJECT(element_.get()), process::kDropsUnreadable)) {
     GST_CAT_WARNING_OBJECT(gst::library_category(), element_.get(), "a frame is dropped: %s",
                            read.error().message().c_str());
     return;

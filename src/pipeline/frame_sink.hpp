@@ -15,10 +15,6 @@
 
 namespace weir::pipeline {
 
-// Object data of a sink element, with any value but null: a frame that does not match its caps is
-// dropped with a log line. Without it, the frame is an error of the stream.
-inline constexpr char kDropsUnreadable[] = "weir-drops-unreadable-frames";
-
 class FrameSink {
  public:
   struct Arrived {

@@ -14,12 +14,8 @@ namespace {
 
 class ClassEvaluator final : public Evaluator {
  public:
-  explicit ClassEvaluator(const LabelledFolder& folder)
-      : folder_(folder), labels_(folder.categories, folder.truth) {}
-
-  void set_model_labels(const std::vector<std::string>& labels) override {
-    labels_.set_model_labels(labels);
-  }
+  ClassEvaluator(const LabelledFolder& folder, const std::vector<std::string>& model_labels)
+      : folder_(folder), labels_(folder.categories, folder.truth, model_labels) {}
 
   Status add(size_t, const LabelledPicture& picture, const Json& frame) override {
     has_labels_ |= frame.contains("labels");
@@ -97,8 +93,9 @@ class ClassEvaluator final : public Evaluator {
 
 }  // namespace
 
-std::unique_ptr<Evaluator> make_class_evaluator(const LabelledFolder& folder) {
-  return std::make_unique<ClassEvaluator>(folder);
+std::unique_ptr<Evaluator> make_class_evaluator(const LabelledFolder& folder,
+                                                const std::vector<std::string>& model_labels) {
+  return std::make_unique<ClassEvaluator>(folder, model_labels);
 }
 
 }  // namespace weir::app

@@ -83,9 +83,8 @@ class Evaluating {
   Status run(const std::string& model) {
     const auto what = played(options_, model, folder_.kind);
     if (!what) return what.error();
-    auto evaluator = make_evaluator(folder_, options_);
+    auto evaluator = make_evaluator(folder_, options_, what->labels);
     if (!evaluator) return evaluator.error();
-    (*evaluator)->set_model_labels(what->labels);
     if (!options_.json) std::fprintf(stderr, "%s\n", what->pipeline.pasted().c_str());
     size_t pictures = 0;
     ProgressBar bar(folder_.pictures(), "pictures");

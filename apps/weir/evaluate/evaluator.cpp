@@ -57,7 +57,8 @@ Status Evaluator::accept(const LabelledPicture& picture, const DecodedPicture& d
 }
 
 Result<std::unique_ptr<Evaluator>> make_evaluator(const LabelledFolder& folder,
-                                                  const EvaluateOptions& options) {
+                                                  const EvaluateOptions& options,
+                                                  const std::vector<std::string>& model_labels) {
   const auto metrics = list_metrics(folder);
   if (!options.metric.empty() &&
       std::find(metrics.begin(), metrics.end(), options.metric) == metrics.end())
@@ -68,9 +69,9 @@ Result<std::unique_ptr<Evaluator>> make_evaluator(const LabelledFolder& folder,
                  .fix = "--metric " + metrics[0]};
   switch (folder.kind) {
     case Labelled::Objects:
-      return make_object_evaluator(folder, options);
+      return make_object_evaluator(folder, options, model_labels);
     case Labelled::Classes:
-      return make_class_evaluator(folder);
+      return make_class_evaluator(folder, model_labels);
     case Labelled::Maps:
       return make_map_evaluator(folder);
     case Labelled::Tracks:

@@ -61,8 +61,6 @@ struct Evaluation {
 class Evaluator {
  public:
   virtual ~Evaluator() = default;
-  // The names of the model's classes, if they are known.
-  virtual void set_model_labels(const std::vector<std::string>& labels) { (void)labels; }
   // Whether the picture fits its truth. An error leaves it out.
   virtual Status accept(const LabelledPicture& picture, const DecodedPicture& decoded);
   // The pictures of a sequence come in their order.
@@ -72,14 +70,17 @@ class Evaluator {
   virtual std::vector<Error> warnings() const { return {}; }
 };
 
-// For the kind of the folder. The folder must stay. OPTION_VALUE for a metric that the folder has
-// no truth for.
+// For the kind of the folder, which must stay. `model_labels`: the names of the model's classes, if
+// they are known. OPTION_VALUE for a metric that the folder has no truth for.
 Result<std::unique_ptr<Evaluator>> make_evaluator(const LabelledFolder& folder,
-                                                  const EvaluateOptions& options);
+                                                  const EvaluateOptions& options,
+                                                  const std::vector<std::string>& model_labels);
 
 std::unique_ptr<Evaluator> make_object_evaluator(const LabelledFolder& folder,
-                                                 const EvaluateOptions& options);
-std::unique_ptr<Evaluator> make_class_evaluator(const LabelledFolder& folder);
+                                                 const EvaluateOptions& options,
+                                                 const std::vector<std::string>& model_labels);
+std::unique_ptr<Evaluator> make_class_evaluator(const LabelledFolder& folder,
+                                                const std::vector<std::string>& model_labels);
 std::unique_ptr<Evaluator> make_map_evaluator(const LabelledFolder& folder);
 std::unique_ptr<Evaluator> make_track_evaluator(const LabelledFolder& folder,
                                                 const EvaluateOptions& options);

@@ -38,15 +38,13 @@ std::string plain_name(const std::string& name) {
   return out;
 }
 
-LabelMatcher::LabelMatcher(std::vector<std::string> categories, std::string truth)
+LabelMatcher::LabelMatcher(std::vector<std::string> categories, std::string truth,
+                           const std::vector<std::string>& model_labels)
     : categories_(std::move(categories)), truth_(std::move(truth)) {
   for (size_t i = 0; i < categories_.size(); ++i) by_name_.emplace(plain_name(categories_[i]), i);
-}
-
-void LabelMatcher::set_model_labels(const std::vector<std::string>& labels) {
-  has_model_category_ = std::any_of(labels.begin(), labels.end(), [&](const std::string& label) {
-    return by_name_.contains(plain_name(label));
-  });
+  has_model_category_ =
+      std::any_of(model_labels.begin(), model_labels.end(),
+                  [&](const std::string& label) { return by_name_.contains(plain_name(label)); });
 }
 
 std::optional<size_t> LabelMatcher::find_category(const Json& object) {

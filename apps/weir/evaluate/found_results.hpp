@@ -17,11 +17,11 @@ namespace weir::app {
 // underscores do not count. A class without a name is the category of its number.
 class LabelMatcher {
  public:
-  // `truth`: the path that names the categories, for messages.
-  LabelMatcher(std::vector<std::string> categories, std::string truth);
+  // `truth`: the path that names the categories, for messages. `model_labels`: the names of the
+  // model's classes, if they are known.
+  LabelMatcher(std::vector<std::string> categories, std::string truth,
+               const std::vector<std::string>& model_labels);
 
-  // The names of the model's classes, if they are known.
-  void set_model_labels(const std::vector<std::string>& labels);
   std::optional<size_t> find_category(const Json& object);
 
   // LABELS_INVALID when there were labels, and neither one of them nor one of the model is a

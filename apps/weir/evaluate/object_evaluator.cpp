@@ -25,12 +25,11 @@ std::string percent(double score) {
 
 class ObjectEvaluator final : public Evaluator {
  public:
-  ObjectEvaluator(const LabelledFolder& folder, const EvaluateOptions& options)
-      : folder_(folder), metric_(options.metric), labels_(folder.categories, folder.truth) {}
-
-  void set_model_labels(const std::vector<std::string>& labels) override {
-    labels_.set_model_labels(labels);
-  }
+  ObjectEvaluator(const LabelledFolder& folder, const EvaluateOptions& options,
+                  const std::vector<std::string>& model_labels)
+      : folder_(folder),
+        metric_(options.metric),
+        labels_(folder.categories, folder.truth, model_labels) {}
 
   Status add(size_t, const LabelledPicture& picture, const Json& frame) override {
     pictures_.push_back({picture.objects, found_objects(frame, &labels_)});
@@ -182,8 +181,9 @@ class ObjectEvaluator final : public Evaluator {
 }  // namespace
 
 std::unique_ptr<Evaluator> make_object_evaluator(const LabelledFolder& folder,
-                                                 const EvaluateOptions& options) {
-  return std::make_unique<ObjectEvaluator>(folder, options);
+                                                 const EvaluateOptions& options,
+                                                 const std::vector<std::string>& model_labels) {
+  return std::make_unique<ObjectEvaluator>(folder, options, model_labels);
 }
 
 }  // namespace weir::app
