@@ -66,6 +66,10 @@ WEIR_EXPORT int weir_pipeline_adopt(struct _GstElement* element, weir_pipeline**
  * In a callback it returns immediately, and the stream stops when that callback has returned. */
 WEIR_EXPORT void weir_pipeline_free(weir_pipeline* pipeline);
 
+/* The functions below find an element by its name. If bins have elements of this name too, they
+ * take the one at the top level of the pipeline. Without one there, a source or sink whose name is
+ * not unique is OPTION_VALUE. */
+
 /* Starts the pipeline or resumes it from a pause. Returns before the first frame is through. */
 WEIR_EXPORT int weir_pipeline_start(weir_pipeline* pipeline, weir_error** error);
 /* Returns immediately even when a sink's queue is full; that sink reaches the paused state with the

@@ -18,8 +18,8 @@ struct Named {
   int depth;
 };
 
-bool is_sink(const Named& element) {
-  return element.kind == "tensor_sink" || element.kind == "appsink";
+bool is_sink(const std::string& kind) {
+  return kind == "tensor_sink" || kind == "appsink";
 }
 
 Result<std::vector<Named>> list_elements(weir_pipeline* pipeline) {
@@ -45,6 +45,13 @@ std::string get_text(weir_pipeline* pipeline, const std::string& name, const cha
   const std::unique_ptr<char, decltype(&weir_pipeline_text_free)> owner(text,
                                                                         weir_pipeline_text_free);
   return text;
+}
+
+// The factory name of the element that calls by this name find.
+std::string find_kind(weir_pipeline* pipeline, const std::string& name) {
+  const ElementRef found(weir_pipeline_get_element(pipeline, name.c_str()));
+  const auto* factory = found ? gst_element_get_factory(found.get()) : nullptr;
+  return factory ? GST_OBJECT_NAME(factory) : "";
 }
 
 }  // namespace
@@ -75,30 +82,34 @@ Status Pipeline::connect() {
   const auto elements = list_elements(pipeline_);
   if (!elements) return elements.error();
   for (const auto& element : *elements) {
-    if (element.depth == 0) kinds_.emplace(element.name, element.kind);
+    if (element.depth == 0 && find_kind(pipeline_, element.name) == element.kind)
+      kinds_.emplace(element.name, element.kind);
     hold(element.name, element.kind);
-    const auto has_name = [&](const Named& other) {
-      return is_sink(other) && other.name == element.name;
-    };
-    if (!is_sink(element)) continue;
-    const auto count = std::count_if(elements->begin(), elements->end(), has_name);
-    if (auto status = connect_sink(element.name, count == 1); !status) return status;
+    if (!is_sink(element.kind)) continue;
+    CError error;
+    if (auto status =
+            error.status(weir_pipeline_discard(pipeline_, element.name.c_str(), error.place()));
+        !status)
+      return status;
   }
+  for (const auto& [name, kind] : kinds_)
+    if (auto status = is_sink(kind) ? connect_sink(name) : ok(); !status) return status;
   if (!state_callback_.function) return ok();
   CError error;
   return error.status(weir_pipeline_on_state(pipeline_, on_state, this, error.place()));
 }
 
-// No call can name one of several: their frames are dropped.
-Status Pipeline::connect_sink(const std::string& name, bool is_unique) {
-  CError error;
-  if (!is_unique)
-    return error.status(weir_pipeline_discard(pipeline_, name.c_str(), error.place()));
+// Of several in bins, none can be named: their frames stay discarded.
+Status Pipeline::connect_sink(const std::string& name) {
   const ElementRef found(weir_pipeline_get_element(pipeline_, name.c_str()));
   if (found) g_object_set_data(G_OBJECT(found.get()), process::kDropsUnreadable, found.get());
-  auto& sink = sinks_[name] = std::make_unique<SinkCallbacks>(this);
-  return error.status(weir_pipeline_on_frame(pipeline_, name.c_str(), SinkCallbacks::on_frame,
-                                             sink.get(), error.place()));
+  auto sink = std::make_unique<SinkCallbacks>(this);
+  CError error;
+  const int result = weir_pipeline_on_frame(pipeline_, name.c_str(), SinkCallbacks::on_frame,
+                                            sink.get(), error.place());
+  if (result < 0 && result != -WEIR_OPTION_VALUE) return error.take(result);
+  if (result >= 0) sinks_[name] = std::move(sink);
+  return ok();
 }
 
 void Pipeline::hold(const std::string& name, const std::string& kind) {

@@ -92,7 +92,7 @@ class Pipeline : public Object, public std::enable_shared_from_this<Pipeline> {
   Pipeline() = default;
   void leave();
   Status connect();
-  Status connect_sink(const std::string& name, bool is_unique);
+  Status connect_sink(const std::string& name);
   bool flush_by_events();
   Status restart();
   void hold(const std::string& name, const std::string& kind);

@@ -46,9 +46,9 @@ int change(ml_pipeline_h pipe, Body&& body) {
 Error several_sinks(const std::string& name) {
   return {.code = Code::OPTION_VALUE,
           .what = "several sinks of the pipeline have this name",
-          .offered = name + " in the pipeline and in a bin",
-          .needed = "a name of its own for each sink",
-          .fix = "name=" + name + "2 for the sink in the bin"};
+          .offered = name + " in several bins",
+          .needed = "a name of its own for each sink in a bin",
+          .fix = "name=" + name + "2 for one of them"};
 }
 
 ml_pipeline_state_e to_ml_state(GstState state) {

@@ -41,7 +41,8 @@ GstElement* weir_pipeline_get_element(weir_pipeline* pipeline, const char* name)
   if (!pipeline) return nullptr;
   const Pipeline& p = *pipeline->pipeline;
   if (!name) return GST_ELEMENT(gst_object_ref(p.bin()));
-  return gst_bin_get_by_name(p.bin(), name);
+  auto found = p.element(name);
+  return found ? found->release() : nullptr;
 }
 
 int weir_pipeline_pads(weir_pipeline* pipeline, const char* name, weir_pad_function function,

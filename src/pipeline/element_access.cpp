@@ -26,6 +26,16 @@ std::vector<std::string> names_in(GstBin* bin) {
   return out;
 }
 
+// An element of the bin itself; null if there is none.
+gst::Ref<GstElement> find_child(GstBin* bin, const std::string& name) {
+  gst::Ref<GstElement> out;
+  GST_OBJECT_LOCK(bin);
+  for (GList* at = GST_BIN_CHILDREN(bin); at && !out; at = at->next)
+    if (name == GST_OBJECT_NAME(at->data)) out = gst::Ref<GstElement>::share(GST_ELEMENT(at->data));
+  GST_OBJECT_UNLOCK(bin);
+  return out;
+}
+
 Error refused(GstElement* element, const GParamSpec& spec, const std::string& offered,
               std::string needed) {
   return Error{.code = Code::OPTION_VALUE,
@@ -61,6 +71,7 @@ Error not_unique(const std::string& name, size_t count) {
 }
 
 Result<gst::Ref<GstElement>> find_element(GstBin* bin, const std::string& name) {
+  if (auto child = find_child(bin, name)) return child;
   auto element = gst::Ref<GstElement>::adopt(gst_bin_get_by_name(bin, name.c_str()));
   if (element) return element;
   return not_one_of("no element of the pipeline has this name", name, names_in(bin));

@@ -13,7 +13,8 @@ namespace weir::pipeline {
 
 using gst::get_factory_name;
 
-// OPTION_VALUE, listing the existing names.
+// An element at the top level of the bin before one of a bin in it. OPTION_VALUE, listing the
+// existing names.
 Result<gst::Ref<GstElement>> find_element(GstBin* bin, const std::string& name);
 // OPTION_VALUE: a call cannot choose between `count` elements.
 Error not_unique(const std::string& name, size_t count);

@@ -35,6 +35,8 @@ class FrameSink {
   FrameSink& operator=(const FrameSink&) = delete;
 
   Queue& queue() noexcept { return queue_; }
+  // Whether the element is a child of this bin, and not of one in it.
+  bool is_in(const GstElement* bin) const { return GST_ELEMENT_PARENT(element_.get()) == bin; }
   // Opens the queue with the limits of the element's properties.
   void open();
   // Call while the element is stopped.

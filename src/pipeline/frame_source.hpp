@@ -22,6 +22,8 @@ class FrameSource {
   // Frame times are stream times: sets format=time. `is_replaceable`: no one else holds the appsrc.
   FrameSource(GstAppSrc* source, bool is_replaceable);
 
+  // Whether the appsrc is a child of this bin, and not of one in it.
+  bool is_in(const GstElement* bin) const { return GST_ELEMENT_PARENT(source().get()) == bin; }
   // See weir_pipeline_push.
   Status push(std::span<const weir_tensor> tensors, int64_t pts, int64_t duration);
   Status end();

@@ -406,21 +406,37 @@ Result<WaitResult> Pipeline::wait(std::chrono::nanoseconds limit) {
   return ended_ ? WaitResult::Done : WaitResult::TimePassed;
 }
 
+namespace {
+
+// The part of an element of this name: at the top level of the pipeline, or else the only one. Null
+// if there is none.
+template <class Parts>
+auto find_part(const Parts& parts, const std::string& name, const GstElement* pipeline)
+    -> Result<typename Parts::mapped_type::pointer> {
+  const auto [first, last] = parts.equal_range(name);
+  if (first == last) return nullptr;
+  const auto count = static_cast<size_t>(std::distance(first, last));
+  const auto found = std::find_if(
+      first, last, [&](const auto& each) { return count == 1 || each.second->is_in(pipeline); });
+  if (found == last) return not_unique(name, count);
+  return found->second.get();
+}
+
+}  // namespace
+
 Result<gst::Ref<GstElement>> Pipeline::element(const std::string& name) const {
   return find_element(GST_BIN(pipeline_.get()), name);
 }
 
 Result<FrameSink*> Pipeline::sink(const std::string& name) const {
-  if (const size_t count = sinks_.count(name); count > 1) return not_unique(name, count);
-  if (const auto found = sinks_.find(name); found != sinks_.end()) return found->second.get();
+  if (auto found = find_part(sinks_, name, pipeline_.get()); !found || *found) return found;
   const auto other = element(name);
   if (!other) return other.error();
   return wrong_kind(other->get(), "tensor_sink or appsink");
 }
 
 Result<FrameSource*> Pipeline::source(const std::string& name) const {
-  if (const size_t count = sources_.count(name); count > 1) return not_unique(name, count);
-  if (const auto found = sources_.find(name); found != sources_.end()) return found->second.get();
+  if (auto found = find_part(sources_, name, pipeline_.get()); !found || *found) return found;
   const auto other = element(name);
   if (!other) return other.error();
   return wrong_kind(other->get(), "appsrc");

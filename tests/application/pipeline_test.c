@@ -269,20 +269,22 @@ static void texts_and_names_are_refused(void) {
   OK(ml_tensors_data_destroy(data));
 }
 
-/* Nothing is left of a pipeline that cannot be constructed. */
+#define BIN                                                                       \
+  "bin.( videotestsrc num-buffers=2 ! video/x-raw,format=RGB,width=4,height=4 ! " \
+  "tensor_converter ! tensor_sink name=out ) "
+
 static void sinks_of_one_name_play_and_are_refused(void) {
-  ml_pipeline_h pipe = construct(
-      "bin.( videotestsrc num-buffers=2 ! video/x-raw,format=RGB,width=4,height=4 ! "
-      "tensor_converter ! tensor_sink name=out ) appsrc name=in ! tensor_sink name=out");
+  ml_pipeline_h pipe = construct(BIN BIN "appsrc name=in ! tensor_sink");
   Seen seen = SEEN;
   ml_pipeline_sink_h sink = NULL;
   CHECK_REFUSED(ml_pipeline_sink_register(pipe, "out", see, &seen, &sink),
                 ML_ERROR_INVALID_PARAMETER,
-                "several sinks of the pipeline have this name\n  offered: out");
+                "several sinks of the pipeline have this name\n  offered: out in several bins");
   OK(ml_pipeline_start(pipe));
   OK(ml_pipeline_destroy(pipe));
 }
 
+/* Nothing is left of a pipeline that cannot be constructed. */
 static void a_pipeline_that_cannot_be_paused_is_refused(void) {
   static const char* const texts[] = {
       "",
@@ -365,6 +367,9 @@ int main(void) {
   callbacks_may_call();
   texts_and_names_are_refused();
   sinks_of_one_name_play_and_are_refused();
+  frames_go_in_and_come_out(BIN
+                            "bin.( fakesrc num-buffers=1 ! fakesink name=in ) "
+                            "appsrc name=in ! tensor_sink name=out");
   a_pipeline_that_cannot_be_paused_is_refused();
   elements_and_frameworks_are_available();
   return result_of_checks();

@@ -55,6 +55,15 @@ TEST(PipelineControl, ElementsOfOneNameInTwoBinsCannotBeChosen) {
                  "fix: name=out2 for one of them");
 }
 
+TEST(PipelineControl, AnElementOfThePipelineIsChosenBeforeThoseOfItsBins) {
+  const std::string bin = "bin.( appsrc name=in block=true ! tensor_sink name=out async=false ) ";
+  Pipeline p = parse(bin + "appsrc name=in ! tensor_sink name=out " + bin);
+  EXPECT_FALSE(*p.get<bool>("in", "block"));
+  ASSERT_TRUE(p.start());
+  ASSERT_TRUE(push(p, "in", 1));
+  EXPECT_EQ(pulled(p, "out"), 1);
+}
+
 TEST(PipelineControl, DiscardsTheFramesOfAllSinksOfOneName) {
   const std::string branch =
       "bin.( videotestsrc num-buffers=100 ! video/x-raw,format=GRAY8,width=4,height=2 ! "
