@@ -110,10 +110,11 @@ GstPadProbeReturn on_results(GstPad*, GstPadProbeInfo* info, gpointer user) {
 }
 
 // The same with the option of this command in place of custom=head:NAME. Fixes with settings of a
-// head are for pipelines only.
+// head, or without a head, are for pipelines only.
 Diagnostic with_own_options(Diagnostic found) {
   std::string& fix = found.error.fix;
-  if (fix.find(',') != std::string::npos) return found;
+  if (fix.find(',') != std::string::npos || fix.find(" without ") != std::string::npos)
+    return found;
   for (const std::string_view text : {"tensor_decoder custom=head:", "custom=head:"})
     for (size_t at = 0; (at = fix.find(text, at)) != std::string::npos;)
       fix.replace(at, text.size(), "--head ");

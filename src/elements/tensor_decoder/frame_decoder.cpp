@@ -22,11 +22,7 @@ std::string list(const std::vector<std::string>& names) {
 Result<OpenDecoder> of_module(const weir_decoder_type& type, const std::string& mode,
                               DecoderOptions options) {
   const auto declared = infer::option_names(type);
-  if (auto status = check_custom(mode, declared, options); !status) {
-    // The decoder may know more, such as the settings of the head that the user chose.
-    const auto refused = ModuleDecoder::open(type, options);
-    return refused ? status.error() : refused.error();
-  }
+  if (auto status = check_custom(mode, declared, options); !status) return status.error();
   auto warnings = remove_undeclared(mode, declared, &options);
   auto decoder = ModuleDecoder::open(type, options);
   if (!decoder) return decoder.error();

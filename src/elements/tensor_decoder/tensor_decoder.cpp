@@ -192,7 +192,7 @@ class TensorDecoder : public gst::CountedTransform<TensorDecoder> {
       follow_model(Ref<GstEvent>::adopt(event));
       return TRUE;
     }
-    if (GST_EVENT_TYPE(event) == GST_EVENT_CAPS && !input_.valid()) follow_early_properties();
+    if (GST_EVENT_TYPE(event) == GST_EVENT_CAPS && !input_.valid()) follow_early_properties(event);
     if (hold(event)) return TRUE;
     switch (GST_EVENT_TYPE(event)) {
       case GST_EVENT_STREAM_START:
@@ -381,12 +381,15 @@ class TensorDecoder : public gst::CountedTransform<TensorDecoder> {
     if (follow_settings(&followed_, [this](const Settings& wanted) { return follow(wanted); }))
       gst_base_transform_reconfigure_src(self());
   }
-  // Before the first caps.
-  void follow_early_properties() {
+  // At the first caps: with properties that cannot read them, the stream goes on as before.
+  void follow_early_properties(GstEvent* event) {
     if (!decoder_) return;
-    follow_settings(&followed_, [this](const Settings& wanted) {
+    GstCaps* caps = nullptr;
+    gst_event_parse_caps(event, &caps);
+    follow_settings(&followed_, [this, caps](const Settings& wanted) {
       auto opened = open_for_stream(wanted);
       if (!opened) return Status(opened.error());
+      if (auto made = configure_with(opened->probe.get(), caps); !made) return Status(made.error());
       use(*std::move(opened));
       return ok();
     });

@@ -108,5 +108,12 @@ TEST(BeforeCaps, PropertiesOfADecoderMayChange) {
   EXPECT_SAYS(caps_text(h), "video/x-raw");
 }
 
+TEST(BeforeCaps, PropertiesOfADecoderThatCannotReadTheCapsHaveNoEffect) {
+  const Harness h{gst_harness_new_parse("tensor_decoder mode=octet_stream")};
+  g_object_set(find_element(h, "tensor_decoder").get(), "mode", "pose", nullptr);
+  gst_harness_set_src_caps_str(h.get(), tensors("uint8", "3:8:4:1").c_str());
+  EXPECT_SAYS(caps_text(h), "application/octet-stream");
+}
+
 }  // namespace
 }  // namespace described_caps_test
