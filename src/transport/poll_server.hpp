@@ -17,7 +17,7 @@
 #include <vector>
 
 #include "core/io/deadline.hpp"
-#include "core/io/descriptor.hpp"
+#include "machine/descriptor.hpp"
 #include "transport/accept_pause.hpp"
 #include "transport/wake_event.hpp"
 #include "weir/result.hpp"

@@ -9,7 +9,7 @@
 #include <cstdint>
 #include <system_error>
 
-#include "core/io/descriptor.hpp"
+#include "machine/descriptor.hpp"
 
 namespace weir::transport {
 

@@ -9,9 +9,9 @@
 #include <thread>
 #include <vector>
 
-#include "core/io/descriptor.hpp"
 #include "fuzz_input.hpp"
 #include "hostile_messages.hpp"
+#include "machine/descriptor.hpp"
 #include "transport/local/local_socket.hpp"
 
 namespace weir::fuzz {

@@ -13,9 +13,9 @@
 #include <vector>
 
 #include "commands.hpp"
-#include "core/io/descriptor.hpp"
 #include "gstcpp/element/file_digest.hpp"
 #include "gstcpp/element/ref.hpp"
+#include "machine/descriptor.hpp"
 #include "models/catalogue.hpp"
 #include "report.hpp"
 #include "weir/join.hpp"

@@ -7,9 +7,9 @@
 #include <vector>
 
 #include "core/io/deadline.hpp"
-#include "core/io/descriptor.hpp"
 #include "core/isolate/adaptive_poll.hpp"
 #include "core/isolate/message.hpp"
+#include "machine/descriptor.hpp"
 
 namespace weir::isolate {
 

@@ -21,8 +21,8 @@
 #include <string_view>
 #include <vector>
 
-#include "core/io/descriptor.hpp"
 #include "core/isolate/system_call_filter.hpp"
+#include "machine/descriptor.hpp"
 #include "weir/join.hpp"
 
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)

@@ -14,8 +14,8 @@ extern "C" {  // missing in glibc 2.36
 #include <cstdlib>
 #include <thread>
 
-#include "core/io/descriptor.hpp"
 #include "core/isolate/isolated_test_support.hpp"
+#include "machine/descriptor.hpp"
 #include "refused_calls.hpp"
 
 extern char** environ;

@@ -11,10 +11,10 @@
 #include <filesystem>
 #include <span>
 
-#include "core/io/descriptor.hpp"
 #include "core/tensor/model_tensor.hpp"
 #include "core/tensor/tensor_header.hpp"
 #include "core/text/shell_quote.hpp"
+#include "machine/descriptor.hpp"
 
 namespace weir::isolate {
 namespace {

@@ -14,8 +14,8 @@
 #include <utility>
 #include <vector>
 
-#include "core/io/descriptor.hpp"
 #include "core/isolate/confinement.hpp"
+#include "machine/descriptor.hpp"
 #include "weir/result.hpp"
 
 namespace weir::isolate {

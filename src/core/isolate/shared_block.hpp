@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <memory>
 
-#include "core/io/descriptor.hpp"
+#include "machine/descriptor.hpp"
 #include "weir/result.hpp"
 
 namespace weir::isolate {

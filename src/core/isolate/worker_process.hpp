@@ -8,7 +8,7 @@
 #include <optional>
 #include <string>
 
-#include "core/io/descriptor.hpp"
+#include "machine/descriptor.hpp"
 #include "weir/result.hpp"
 
 namespace weir::isolate {

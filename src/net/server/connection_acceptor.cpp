@@ -76,8 +76,8 @@ uint32_t bound_port(int socket) {
 }
 
 // "::" listens on the addresses of both families. Without a descriptor, errno is the reason.
-Socket listen_at(const sockaddr* address, socklen_t size) {
-  Socket out(socket(address->sa_family, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
+io::Descriptor listen_at(const sockaddr* address, socklen_t size) {
+  io::Descriptor out(socket(address->sa_family, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
   if (!out) return out;
   set_option(out.get(), SOL_SOCKET, SO_REUSEADDR, 1);
   if (address->sa_family == AF_INET6) set_option(out.get(), IPPROTO_IPV6, IPV6_V6ONLY, 0);
@@ -87,8 +87,8 @@ Socket listen_at(const sockaddr* address, socklen_t size) {
 
 // One socket for each address of the name, all with one port. Addresses that this machine lacks
 // are left out. Empty if a port is in use.
-std::vector<Socket> listen_on_all(const addrinfo* first, uint32_t port) {
-  std::vector<Socket> out;
+std::vector<io::Descriptor> listen_on_all(const addrinfo* first, uint32_t port) {
+  std::vector<io::Descriptor> out;
   for (const addrinfo* at = first; at; at = at->ai_next) {
     const auto is_same = [at](const addrinfo& other) {
       return other.ai_addrlen == at->ai_addrlen &&
@@ -101,7 +101,7 @@ std::vector<Socket> listen_on_all(const addrinfo* first, uint32_t port) {
     std::memcpy(&address, at->ai_addr, at->ai_addrlen);
     auto* const generic = reinterpret_cast<sockaddr*>(&address);
     set_port(generic, port);
-    Socket socket = listen_at(generic, at->ai_addrlen);
+    io::Descriptor socket = listen_at(generic, at->ai_addrlen);
     if (!socket && errno == EADDRINUSE) return {};
     if (!socket) continue;
     if (port == 0) port = bound_port(socket.get());
@@ -113,7 +113,7 @@ std::vector<Socket> listen_on_all(const addrinfo* first, uint32_t port) {
 bool is_unused_socket(const sockaddr_un& address) {
   struct stat found {};
   if (lstat(address.sun_path, &found) != 0 || !S_ISSOCK(found.st_mode)) return false;
-  const Socket probe(socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
+  const io::Descriptor probe(socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
   return probe &&
          connect(probe.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0 &&
          errno == ECONNREFUSED;
@@ -167,7 +167,7 @@ Result<std::unique_ptr<ConnectionAcceptor>> ConnectionAcceptor::listen(
   std::unique_ptr<ConnectionAcceptor> out(new ConnectionAcceptor(connection_limits(options)));
   const bool listens =
       options.unix_path.empty() ? out->bind_port(options) : out->bind_path(options);
-  out->wake_ = Socket(eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK));
+  out->wake_ = io::Descriptor(eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK));
   if (!listens || !out->wake_) return unusable_address(options);
   return out;
 }
@@ -196,7 +196,7 @@ bool ConnectionAcceptor::bind_path(const ListenOptions& options) {
   std::memcpy(address.sun_path, options.unix_path.data(), options.unix_path.size());
   const auto* const generic = reinterpret_cast<const sockaddr*>(&address);
   if (is_unused_socket(address)) unlink(address.sun_path);
-  Socket socket = listen_at(generic, sizeof address);
+  io::Descriptor socket = listen_at(generic, sizeof address);
   struct stat made {};
   if (!socket || lstat(address.sun_path, &made) != 0) return false;
   path_ = options.unix_path;
@@ -392,7 +392,7 @@ void ConnectionAcceptor::refuse_silent_and_costly() {
 
 void ConnectionAcceptor::accept_from(int listening) {
   for (int i = 0; i < kMaxAccepted && !is_paused_; ++i) {
-    Socket socket(accept4(listening, nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK));
+    io::Descriptor socket(accept4(listening, nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK));
     if (socket) {
       add(std::move(socket));
       continue;
@@ -421,7 +421,7 @@ bool ConnectionAcceptor::make_room(const std::string& network) {
   return true;
 }
 
-void ConnectionAcceptor::add(Socket socket) {
+void ConnectionAcceptor::add(io::Descriptor socket) {
   const int number = socket.get();
   set_connection_options(number);
   const std::string name = peer_name(number);
@@ -446,11 +446,14 @@ void ConnectionAcceptor::add(Socket socket) {
 
 // False without a descriptor or a thread for it. The mutex is locked.
 bool ConnectionAcceptor::hand_over(const Connection& connection) {
-  Socket given(fcntl(connection.socket.get(), F_DUPFD_CLOEXEC, 0));
+  io::Descriptor given(fcntl(connection.socket.get(), F_DUPFD_CLOEXEC, 0));
   if (!given) return false;
   try {
     std::thread([this, given = std::move(given)]() mutable {
-      connected_(given.release());
+      try {
+        connected_(given.release());
+      } catch (const std::exception&) {  // without memory: the acceptor ends the connection
+      }
       const std::lock_guard lock(mutex_);
       if (--handing_over_ == 0) handed_over_.notify_all();
     }).detach();

@@ -8,7 +8,6 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <poll.h>
-#include <unistd.h>
 
 #include <chrono>
 #include <condition_variable>
@@ -23,31 +22,11 @@
 #include <utility>
 #include <vector>
 
+#include "machine/descriptor.hpp"
 #include "net/server/connection_cost.hpp"
 #include "net/server/listener.hpp"
 
 namespace weir::net {
-
-// Sole owner of a socket.
-class Socket {
- public:
-  Socket() = default;
-  explicit Socket(int number) noexcept : number_(number) {}
-  Socket(Socket&& other) noexcept : number_(std::exchange(other.number_, -1)) {}
-  Socket& operator=(Socket&& other) noexcept {
-    std::swap(number_, other.number_);
-    return *this;
-  }
-  ~Socket() {
-    if (number_ >= 0) close(number_);
-  }
-  explicit operator bool() const noexcept { return number_ >= 0; }
-  int get() const noexcept { return number_; }
-  int release() noexcept { return std::exchange(number_, -1); }
-
- private:
-  int number_ = -1;
-};
 
 // The calls that gRPC lets a connection have; 0 = no limit.
 uint32_t max_streams(const ListenOptions& options);
@@ -100,7 +79,7 @@ class ConnectionAcceptor {
  private:
   using Clock = std::chrono::steady_clock;
   struct Connection {
-    Socket socket;
+    io::Descriptor socket;
     std::string network;
     Clock::time_point accepted;
     bool is_known = false;  // had a call
@@ -135,15 +114,15 @@ class ConnectionAcceptor {
   void refuse_silent_and_costly();
   void accept_from(int listening);
   bool make_room(const std::string& network);
-  void add(Socket socket);
+  void add(io::Descriptor socket);
   bool hand_over(const Connection& connection);
 
   const ConnectionLimits limits_;
-  std::vector<Socket> listening_;
+  std::vector<io::Descriptor> listening_;
   uint32_t port_ = 0;
   std::string path_;  // of a Unix socket
   uint64_t inode_ = 0;
-  Socket wake_;
+  io::Descriptor wake_;
   Connected connected_;
   std::thread thread_;
   bool is_paused_ = false;       // the thread's: accepts nothing for a moment

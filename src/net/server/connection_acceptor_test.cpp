@@ -97,7 +97,7 @@ class Accepting : public ::testing::Test {
     ListenOptions options;
     options.host = "127.0.0.1";
     listen(options, [this](int socket) {
-      const Socket served(socket);
+      const io::Descriptor served(socket);
       pollfd readable{socket, POLLIN, 0};
       std::vector<char> bytes(64 << 10);
       while (poll(&readable, 1, -1) > 0 && read(socket, bytes.data(), bytes.size()) > 0) {
@@ -109,8 +109,8 @@ class Accepting : public ::testing::Test {
   }
   void TearDown() override { acceptor_.reset(); }
 
-  Socket connect(const char* from = "127.0.0.1") const {
-    Socket out(socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0));
+  io::Descriptor connect(const char* from = "127.0.0.1") const {
+    io::Descriptor out(socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0));
     sockaddr_in address{};
     address.sin_family = AF_INET;
     inet_pton(AF_INET, from, &address.sin_addr);
@@ -121,10 +121,10 @@ class Accepting : public ::testing::Test {
     return out;
   }
   // What gRPC would have got.
-  Socket accepted() {
+  io::Descriptor accepted() {
     std::unique_lock lock(mutex_);
     changed_.wait(lock, [this] { return !accepted_.empty(); });
-    Socket out = std::move(accepted_.front());
+    io::Descriptor out = std::move(accepted_.front());
     accepted_.pop_front();
     return out;
   }
@@ -132,13 +132,13 @@ class Accepting : public ::testing::Test {
     const std::lock_guard lock(mutex_);
     return !accepted_.empty();
   }
-  static bool ends(const Socket& socket) {
+  static bool ends(const io::Descriptor& socket) {
     char byte = 0;
     return read(socket.get(), &byte, 1) <= 0;
   }
 
   // Sends bytes and receives them. False when the connection ends before all were sent.
-  static bool transfer(const Socket& from, const Socket& to, size_t count) {
+  static bool transfer(const io::Descriptor& from, const io::Descriptor& to, size_t count) {
     std::vector<char> bytes(64 << 10);
     for (size_t sent = 0; sent < count; sent += bytes.size()) {
       if (send(from.get(), bytes.data(), bytes.size(), MSG_NOSIGNAL) <= 0) return false;
@@ -153,15 +153,15 @@ class Accepting : public ::testing::Test {
   // Returns when the acceptor has looked at what all connections have received: then it ends one
   // that sends without calls.
   void wait_for_look(const char* from) {
-    const Socket client = connect(from);
-    const Socket served = accepted();
+    const io::Descriptor client = connect(from);
+    const io::Descriptor served = accepted();
     EXPECT_FALSE(transfer(client, served, size_t{1} << 40));
   }
 
   std::unique_ptr<ConnectionAcceptor> acceptor_;
   std::mutex mutex_;  // guards the rest
   std::condition_variable changed_;
-  std::deque<Socket> accepted_;
+  std::deque<io::Descriptor> accepted_;
   int ended_ = 0;  // after listen_and_read()
 };
 
@@ -170,13 +170,13 @@ TEST_F(Accepting, LimitsWhatOneAddressHasOpenUntilOneEnds) {
   options.host = "127.0.0.1";
   options.max_address_connections = 1;  // eight may be open
   listen(options);
-  std::vector<Socket> clients, served;
+  std::vector<io::Descriptor> clients, served;
   for (int i = 0; i < 8; ++i) {
     clients.push_back(connect());
     served.push_back(accepted());
   }
   EXPECT_TRUE(ends(connect()));
-  const Socket other = connect("127.0.0.2");
+  const io::Descriptor other = connect("127.0.0.2");
   served.push_back(accepted());
   EXPECT_EQ(acceptor_->refused(), 1u);
   shutdown(served[0].get(), SHUT_RDWR);  // as gRPC ends a connection
@@ -190,14 +190,14 @@ TEST_F(Accepting, EndsTheOldestWithoutACallWhenThereAreTooMany) {
   options.max_connections = 1;  // eight may be open
   options.max_address_connections = 0;
   listen(options);
-  std::vector<Socket> clients, served;
+  std::vector<io::Descriptor> clients, served;
   for (int i = 0; i < 8; ++i) {
     clients.push_back(connect());
     served.push_back(accepted());
     if (i != 2) acceptor_->call_began(peer_name(served.back().get()));
   }
-  const Socket one = connect();
-  const Socket one_served = accepted();
+  const io::Descriptor one = connect();
+  const io::Descriptor one_served = accepted();
   EXPECT_TRUE(ends(clients[2]));
   acceptor_->call_began(peer_name(one_served.get()));
   EXPECT_TRUE(ends(connect()));
@@ -209,10 +209,10 @@ TEST_F(Accepting, EndsAConnectionWithTooManyCallsThatHaveNotEnded) {
   options.host = "127.0.0.1";
   options.max_requests = 1;
   listen(options);
-  const Socket client = connect();
-  const Socket served = accepted();
-  const Socket other = connect();
-  const Socket other_served = accepted();
+  const io::Descriptor client = connect();
+  const io::Descriptor served = accepted();
+  const io::Descriptor other = connect();
+  const io::Descriptor other_served = accepted();
   const std::string peer = peer_name(served.get());
   const uint32_t limit = 2 * max_streams(options);
   for (uint32_t i = 0; i < 2 * limit; ++i) {  // those that end do not count
@@ -225,8 +225,8 @@ TEST_F(Accepting, EndsAConnectionWithTooManyCallsThatHaveNotEnded) {
   EXPECT_TRUE(ends(client));
   EXPECT_EQ(acceptor_->refused(), 1u);
   EXPECT_TRUE(ends(connect())) << "its address must wait";
-  const Socket third = connect("127.0.0.2");
-  const Socket third_served = accepted();
+  const io::Descriptor third = connect("127.0.0.2");
+  const io::Descriptor third_served = accepted();
   EXPECT_EQ(write(other.get(), "x", 1), 1);
   EXPECT_FALSE(ends(other_served));
 }
@@ -236,8 +236,8 @@ TEST_F(Accepting, EndsAConnectionThatReceivesMoreThanItsMessages) {
   options.host = "127.0.0.1";
   options.max_bytes = 1024;
   listen(options);
-  const Socket client = connect();
-  const Socket served = accepted();
+  const io::Descriptor client = connect();
+  const io::Descriptor served = accepted();
   const std::string peer = peer_name(served.get());
   acceptor_->call_began(peer);
   EXPECT_FALSE(transfer(client, served, size_t{1} << 40));
@@ -247,8 +247,8 @@ TEST_F(Accepting, KeepsAConnectionWhoseCallEndsBeforeItsMessageHasCome) {
   ListenOptions options;
   options.host = "127.0.0.1";
   listen(options);
-  const Socket client = connect();
-  const Socket served = accepted();
+  const io::Descriptor client = connect();
+  const io::Descriptor served = accepted();
   const std::string peer = peer_name(served.get());
   acceptor_->call_began(peer);
   wait_for_look("127.0.0.2");
@@ -261,7 +261,7 @@ TEST_F(Accepting, KeepsAConnectionWhoseCallEndsBeforeItsMessageHasCome) {
 
 TEST_F(Accepting, EndsAConnectionThatSendsWithoutAPause) {
   listen_and_read();
-  const Socket client = connect();
+  const io::Descriptor client = connect();
   const std::vector<char> bytes(64 << 10);
   pollfd open{client.get(), POLLOUT | POLLRDHUP, 0};  // the end may come while no byte fits
   size_t sent = 0;
@@ -276,8 +276,8 @@ TEST_F(Accepting, EndsAConnectionThatSendsWithoutAPause) {
 
 TEST_F(Accepting, AcceptsAndStopsWhileAConnectionIsRead) {
   listen_and_read();
-  const Socket client = connect();
-  { const Socket other = connect("127.0.0.2"); }
+  const io::Descriptor client = connect();
+  { const io::Descriptor other = connect("127.0.0.2"); }
   {
     std::unique_lock lock(mutex_);
     changed_.wait(lock, [this] { return ended_ == 1; });

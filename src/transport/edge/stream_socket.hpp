@@ -5,8 +5,8 @@
 #include <string>
 
 #include "core/io/deadline.hpp"
-#include "core/io/descriptor.hpp"
 #include "core/wire/edge_capability.hpp"
+#include "machine/descriptor.hpp"
 #include "weir/result.hpp"
 
 namespace weir::edge {

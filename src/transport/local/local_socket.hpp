@@ -8,7 +8,7 @@
 #include <span>
 #include <string>
 
-#include "core/io/descriptor.hpp"
+#include "machine/descriptor.hpp"
 #include "weir/result.hpp"
 
 namespace weir::local {

@@ -9,8 +9,8 @@
 #include <span>
 #include <vector>
 
-#include "core/io/descriptor.hpp"
 #include "core/wire/mqtt_packets.hpp"
+#include "machine/descriptor.hpp"
 #include "weir/result.hpp"
 
 namespace weir::transport {
