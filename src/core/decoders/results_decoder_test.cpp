@@ -130,7 +130,7 @@ TEST(ResultsDecoder, ReadsQuantisedOutputs) {
   EXPECT_EQ(run.row(0).score(), 1);
 }
 
-// Reads a batch of two regions of 32 x 32, the second of which lies `distance` to the right.
+// Reads a batch of two regions of 32 x 32; the second lies `distance` to the right of the first.
 void read_regions(ResultsRun& run, const std::vector<Cell>& first, const std::vector<Cell>& second,
                   SourceMap map, double distance) {
   std::vector<float> both = head_of(first), more = head_of(second);

@@ -1,4 +1,4 @@
-// ExpectedCaps: when the output caps are made, and of which upstream caps.
+// ExpectedCaps: when the output caps are made, and from which caps of upstream.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "gstcpp/pads/expected_caps.hpp"
 
