@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <csignal>
+#include <set>
 #include <utility>
 
 #include "gstcpp/element/posted_error.hpp"
@@ -15,6 +16,7 @@ namespace {
 
 constexpr guint kProgressMs = 500;
 constexpr double kMaxSecondsToEnd = 5, kMsPerSecond = 1000;
+constexpr gulong kPollUs = 10'000;
 
 std::string string_or_empty(const char* text) {
   return text ? text : "";
@@ -54,9 +56,10 @@ bool is_failed_state_change(GstMessage* message) {
 PipelineRun::PipelineRun(PlayedPipeline played)
     : played_(std::move(played)),
       sinks_(std::make_unique<SinkCounter>(pipeline())),
+      sources_(std::make_unique<SourceWatch>(pipeline())),
       loop_(g_main_loop_new(nullptr, FALSE)) {}
 
-// Before the counters of frames go.
+// Before the probes' data go.
 PipelineRun::~PipelineRun() {
   (void)played_.pipeline.stop();
 }
@@ -92,14 +95,16 @@ RunEnd PipelineRun::play(RunEvents events) {
   std::vector<guint> sources{
       gst_bus_add_watch(played_.bus.get(), on_bus, this), g_unix_signal_add(SIGINT, on_unix, this),
       g_unix_signal_add(SIGTERM, on_unix, this), g_timeout_add(kProgressMs, on_time, this)};
-  for (const double seconds : {time_limit_, time_limit_ + kMaxSecondsToEnd})
-    if (time_limit_ > 0)
-      sources.push_back(g_timeout_add(static_cast<guint>(seconds * kMsPerSecond), on_limit, this));
+  if (time_limit_ > 0)
+    sources.push_back(
+        g_timeout_add(static_cast<guint>(time_limit_ * kMsPerSecond), on_limit, this));
   g_main_loop_run(loop_.get());
   ended_ = g_get_monotonic_time();
-  for (const guint source : sources) g_source_remove(source);
   if (end_ == RunEnd::Error) drain_bus();
-  return end_;
+  if (!is_eos_) complete_files();
+  if (end_timer_ != 0) sources.push_back(end_timer_);
+  for (const guint source : sources) g_source_remove(source);
+  return *end_;
 }
 
 // Collects the errors that came with the first one, because the last element of a chain is often
@@ -112,9 +117,50 @@ void PipelineRun::drain_bus() {
   }
 }
 
+// An error and a second signal leave data on the way to muxers. The sources end first, so that
+// encoders deliver what they hold.
+void PipelineRun::complete_files() {
+  files_.emplace(pipeline());
+  const bool was_sent = is_eos_sent_;
+  if (wait_for_files(0).empty()) return;
+  send_eos();
+  if (!was_sent && wait_for_files(kMaxSecondsToEnd / 2).empty()) return;
+  files_->send_eos();
+  for (const auto& sink : wait_for_files(kMaxSecondsToEnd / 2))
+    if (events_.notice)
+      events_.notice(sink + ": the stream did not end, so what the muxer wrote is incomplete");
+}
+
+// Waits until EOS has passed the sinks that it can reach, until a signal, or for so long. Returns
+// the paths of those that it has not passed.
+std::vector<std::string> PipelineRun::wait_for_files(double seconds) {
+  const gint64 begin = g_get_monotonic_time();
+  for (const int signals = signals_;;) {
+    std::set<std::string> failed;
+    for (const auto& error : errors_) failed.insert(error.path);
+    auto out = files_->unfinished(failed);
+    const auto waited = static_cast<double>(g_get_monotonic_time() - begin) / G_USEC_PER_SEC;
+    if (out.empty() || signals_ != signals || waited >= seconds) return out;
+    if (!g_main_context_iteration(nullptr, FALSE)) g_usleep(kPollUs);
+  }
+}
+
 void PipelineRun::on_error(GstMessage* message) {
-  if (errors_.empty() || !is_failed_state_change(message))
-    errors_.push_back(parse_diagnostic(message));
+  auto error = parse_diagnostic(message);
+  // EOS makes other branches that have failed say so again.
+  if (files_ && !files_->contain(error.path)) return;
+  if (errors_.empty() || !is_failed_state_change(message)) errors_.push_back(std::move(error));
+  finish(RunEnd::Error);
+}
+
+void PipelineRun::on_eos() {
+  is_eos_ = true;
+  if (end_) return;
+  if (signals_ > 0) return finish(RunEnd::Interrupted);
+  if (is_time_over_) return finish(RunEnd::TimeLimit);
+  auto lost = sources_->find_lost();
+  if (!lost) return finish(RunEnd::Eos);
+  errors_.push_back(*std::move(lost));
   finish(RunEnd::Error);
 }
 
@@ -125,10 +171,11 @@ void PipelineRun::on_message(GstMessage* message) {
       break;
     case GST_MESSAGE_WARNING:
       warnings_.push_back(parse_diagnostic(message));
+      sources_->on_warning(message);
       if (events_.warning) events_.warning(warnings_.back());
       break;
     case GST_MESSAGE_EOS:
-      finish(signals_ > 0 ? RunEnd::Interrupted : is_time_over_ ? RunEnd::TimeLimit : RunEnd::Eos);
+      on_eos();
       break;
     case GST_MESSAGE_PROPERTY_NOTIFY:
       if (events_.notice) events_.notice(property_line(message));
@@ -154,21 +201,27 @@ bool PipelineRun::is_playing() const {
 void PipelineRun::on_signal() {
   // Before PLAYING there is no frame to wait for, and sending EOS to a starting source would block
   // on a lock that is held until the sinks have prerolled.
-  if (++signals_ > 1 || !is_playing() || stops_at_first_signal_) {
+  if (++signals_ > 1 || end_ || !is_playing() || stops_at_first_signal_) {
     finish(RunEnd::Interrupted);
     return;
   }
   stop();
   if (events_.notice)
     events_.notice("stopping: waiting for frames in flight (interrupt again to stop at once)");
-  gst_element_send_event(pipeline(), gst_event_new_eos());
+  send_eos();
+}
+
+// In another thread, because a source may hold its locks while it waits for a peer.
+void PipelineRun::send_eos() {
+  if (std::exchange(is_eos_sent_, true)) return;
+  const auto send = +[](GstElement* pipeline, gpointer) {
+    gst_element_send_event(pipeline, gst_event_new_eos());
+  };
+  gst_element_call_async(pipeline(), send, nullptr, nullptr);
 }
 
 void PipelineRun::on_time_limit() {
-  if (std::exchange(is_time_over_, true)) {  // the stream takes long to end
-    finish(RunEnd::TimeLimit);
-    return;
-  }
+  if (end_ || std::exchange(is_time_over_, true)) return;  // the timer repeats
   if (!is_playing()) {
     errors_.push_back(
         {{.what = "the pipeline did not reach PLAYING within the time of --timeout",
@@ -178,7 +231,17 @@ void PipelineRun::on_time_limit() {
     return;
   }
   stop();
-  gst_element_send_event(pipeline(), gst_event_new_eos());
+  send_eos();
+  const auto on_end = +[](gpointer self) -> gboolean {
+    static_cast<PipelineRun*>(self)->on_end_limit();
+    return G_SOURCE_CONTINUE;
+  };
+  end_timer_ = g_timeout_add(static_cast<guint>(kMaxSecondsToEnd * kMsPerSecond), on_end, this);
+}
+
+// The stream takes long to end.
+void PipelineRun::on_end_limit() {
+  finish(signals_ > 0 ? RunEnd::Interrupted : RunEnd::TimeLimit);
 }
 
 void PipelineRun::stop() {
@@ -187,7 +250,7 @@ void PipelineRun::stop() {
 
 void PipelineRun::finish(RunEnd end) {
   stop();
-  end_ = end;
+  if (!end_) end_ = end;
   g_main_loop_quit(loop_.get());
 }
 

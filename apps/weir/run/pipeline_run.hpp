@@ -11,8 +11,10 @@
 
 #include "gstcpp/element/ref.hpp"
 #include "run/diagnostics.hpp"
+#include "run/muxed_files.hpp"
 #include "run/played_pipeline.hpp"
 #include "run/sink_counter.hpp"
+#include "run/source_watch.hpp"
 
 namespace weir::app {
 
@@ -36,7 +38,8 @@ class PipelineRun {
   PipelineRun(const PipelineRun&) = delete;
   PipelineRun& operator=(const PipelineRun&) = delete;
 
-  // Blocks until the end. The first SIGINT or SIGTERM sends EOS, the second stops.
+  // Blocks until the end. The first SIGINT or SIGTERM sends EOS, the second stops. Files of muxers
+  // get up to five seconds to become complete after an error and after such a stop.
   RunEnd play(RunEvents events);
 
   // These come before play().
@@ -50,6 +53,7 @@ class PipelineRun {
 
   GstElement* pipeline() const noexcept { return played_.element.get(); }
   const SinkCounter& sinks() const noexcept { return *sinks_; }
+  const SourceWatch& sources() const noexcept { return *sources_; }
   double seconds() const;           // from the first frame to the end, or until now; 0 before
   double seconds_to_start() const;  // from play() to the first frame at a sink; 0 if none came
   double frame_rate() const;        // frames after the first per second, of the busiest sink
@@ -61,23 +65,32 @@ class PipelineRun {
  private:
   void on_message(GstMessage* message);
   void on_error(GstMessage* message);
+  void on_eos();
   void on_signal();
   void on_time_limit();
+  void on_end_limit();
   bool is_playing() const;
   void stop();  // reports that the stream is about to end
+  void send_eos();
+  void complete_files();
+  std::vector<std::string> wait_for_files(double seconds);
   void drain_bus();
   void finish(RunEnd end);
 
   PlayedPipeline played_;
   std::unique_ptr<SinkCounter> sinks_;
+  std::unique_ptr<SourceWatch> sources_;
+  std::optional<MuxedFiles> files_;  // once they are completed
   gst::Unique<GMainLoop, g_main_loop_unref> loop_;
   std::vector<Diagnostic> errors_, warnings_;
   RunEvents events_;
   gint64 started_ = 0, ended_ = 0;  // monotonic microseconds
   int signals_ = 0;
+  guint end_timer_ = 0;    // of on_end_limit(); 0 = none
   double time_limit_ = 0;  // seconds; 0 = none
   bool is_time_over_ = false, shows_properties_ = false, stops_at_first_signal_ = false;
-  RunEnd end_ = RunEnd::Eos;
+  bool is_eos_sent_ = false, is_eos_ = false;
+  std::optional<RunEnd> end_;  // the first reason
 };
 
 }  // namespace weir::app

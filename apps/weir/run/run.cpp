@@ -263,11 +263,34 @@ Result<std::unique_ptr<SharedClock>> open_clock(const RunOptions& options) {
   return clock;
 }
 
+// Tells the watchdog of a service whether its cameras and microphones deliver. Reports once per
+// outage that one does not.
+class CameraCheck {
+ public:
+  CameraCheck(const SourceWatch& sources, ProgressLine* line) : sources_(sources), line_(line) {}
+  bool operator()(gint64 max_us) {
+    const std::string silent = sources_.find_silent(max_us);
+    if (!silent.empty() && silent != reported_)
+      line_->say(silent + " delivered nothing for " +
+                 decimals("%.3g", static_cast<double>(max_us) / G_USEC_PER_SEC) +
+                 " s: the watchdog is not fed until it does");
+    reported_ = silent;
+    return silent.empty();
+  }
+
+ private:
+  const SourceWatch& sources_;
+  ProgressLine* line_;
+  std::string reported_;
+};
+
 RunEnd play(const RunOptions& options, ServiceNotifier* service, PipelineRun* pipeline) {
   ProgressLine line;
   RunEvents events;
   if (service) {
-    events.playing = [service] { service->ready("playing"); };
+    events.playing = [service, check = CameraCheck(pipeline->sources(), &line)] {
+      service->ready("playing", check);
+    };
     events.stopping = [service] { service->stopping(); };
   }
   const CrashHint hint(pipeline->pipeline(), join(options.pipeline, " "));

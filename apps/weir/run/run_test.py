@@ -10,7 +10,9 @@ import pty
 import re
 import signal
 import socket
+import struct
 import subprocess
+import threading
 
 import tap_runner
 from weir_case import COMMAND, Case, weir
@@ -69,6 +71,13 @@ class Run(Case):
         self.assertGreaterEqual(report["seconds"] + report["seconds_to_start"], 0.3)
         self.assertIn("Ended ", self.good(weir("run", "--timeout", "250", self.PIPELINE)))
         self.assertIn("Stopped by --timeout ", self.good(self.run_for(1, "videotestsrc is-live=true ! fakesink")))
+
+    def test_frames_on_the_way_are_waited_for_after_timeout(self):
+        done = self.run_for(0.4, "--json", "videotestsrc is-live=true ! video/x-raw,format=GRAY8,width=8,height=8,framerate=100/1 ! "
+                            "tensor_converter ! queue ! identity sleep-time=40000 ! fakesink")
+        report = json.loads(self.good(done))
+        self.assertEqual(report["result"], "time-limit")
+        self.assertEqual(report["frames"], report["ledger"][0]["stats"]["received"])
 
     def test_a_pipeline_that_does_not_start_is_an_error_of_timeout(self):
         done = weir("run", "--timeout", "0.2", "appsrc ! fakesink")
@@ -481,6 +490,109 @@ class Run(Case):
         running.send_signal(signal.SIGINT)
         output, _ = self.interrupted(running)
         self.assertIn("Ledger", output)
+
+    FILE = "jpegenc ! qtmux ! filesink name=file location={out}"
+
+    def frames_of_the_file(self):
+        """How many pictures a player finds in an MP4 file, whose index comes last."""
+        return json.loads(self.good(weir("run", "--json", f"filesrc location={self.out} ! qtdemux ! jpegdec ! fakesink")))["frames"]
+
+    def test_a_file_is_complete_after_an_error(self):
+        live = "videotestsrc is-live=true ! video/x-raw,width=16,height=16,framerate=100/1 ! "
+        for text in (f"{live}identity error-after=31 ! {self.FILE}",
+                     f"{live}tee name=t t. ! queue ! {self.FILE} t. ! queue ! identity error-after=31 ! fakesink",
+                     f"{live}identity error-after=31 ! fakesink {live}bin.( jpegenc ! queue ! qtmux ) ! queue ! filesink location={{out}}"):
+            with self.subTest(text):
+                running = self.start(text)
+                output, errors = running.communicate(timeout=60)
+                self.assertEqual(running.returncode, 1, output + errors)
+                self.assertIn("error from identity0: ", errors)
+                self.assertNotIn("incomplete", errors)
+                self.assertGreater(self.frames_of_the_file(), 20)
+
+    def test_a_file_is_complete_when_its_stream_does_not_end(self):
+        # imagefreeze goes on after the EOS of its source.
+        endless = ("videotestsrc num-buffers=1 ! imagefreeze is-live=true ! video/x-raw,framerate=100/1,format=I420,width=16,height=16 ! "
+                   "tee name=t t. ! queue ! filesink location={out}.raw buffer-mode=unbuffered t. ! queue ! ")
+        for text in (self.FILE, "jpegenc ! splitmuxsink muxer=qtmux location={out}%d"):
+            with self.subTest(text):
+                running = self.start(endless + text)
+                file, self.out = self.out, self.out.with_suffix(".raw")
+                self.wait_for_frames(running)
+                running.send_signal(signal.SIGINT)
+                self.assertIn("interrupt again to stop at once", running.stderr.readline())
+                running.send_signal(signal.SIGTERM)
+                _, errors = self.interrupted(running)
+                self.assertNotIn("incomplete", errors)
+                files = sorted(each for each in self.folder.glob("frames*") if each.suffix != ".raw")
+                self.assertEqual(len(files), 1)
+                self.out = files[0]
+                self.assertGreater(self.frames_of_the_file(), 0)
+                for each in self.folder.iterdir():
+                    each.unlink()
+
+    def test_a_file_that_eos_cannot_reach_is_not_waited_for(self):
+        for end, place in (("filesink location=/dev/full", "filesink0"), ("queue ! identity error-after=5 ! filesink location={out}", "identity0")):
+            running = self.start(f"videotestsrc num-buffers=500 ! jpegenc ! qtmux ! {end}")
+            output, errors = running.communicate(timeout=60)
+            self.assertEqual(running.returncode, 1, output + errors)
+            self.assertIn(f"error from {place}: ", errors)
+            self.assertNotIn("incomplete", errors)
+
+    def serve_rtsp(self, says_goodbye):
+        """The port of a camera that sends sound over its RTSP connection, nothing by UDP, and then closes it."""
+        def respond(peer, lines):
+            for line in lines:
+                method, fields = line.split()[0], {}
+                while (line := next(lines)).strip():
+                    name, value = line.split(b":", 1)
+                    fields[name.lower()] = value.strip()
+                is_tcp = b"TCP" in fields.get(b"transport", b"TCP")
+                body = b"v=0\r\no=- 1 1 IN IP4 127.0.0.1\r\ns=-\r\nt=0 0\r\nm=audio 0 RTP/AVP 0\r\na=control:0\r\n" if method == b"DESCRIBE" else b""
+                peer.sendall(b"RTSP/1.0 200 OK\r\nCSeq: " + fields[b"cseq"] + b"\r\n" + {
+                    b"OPTIONS": b"Public: DESCRIBE, SETUP, PLAY, TEARDOWN\r\n",
+                    b"DESCRIBE": b"Content-Type: application/sdp\r\nContent-Length: %d\r\n" % len(body),
+                    b"SETUP": b"Session: 1\r\nTransport: " + (b"RTP/AVP/TCP;unicast;interleaved=0-1" if is_tcp else fields[b"transport"] + b";server_port=9-10")
+                    + b"\r\n"}.get(method, b"Session: 1\r\n") + b"\r\n" + body)
+                if method == b"SETUP" and is_tcp:
+                    self.tcp.set()
+                if method == b"PLAY" and self.tcp.is_set():
+                    return
+
+        def serve():
+            while not self.tcp.is_set():
+                with self.listener.accept()[0] as peer, peer.makefile("rb") as lines:
+                    respond(peer, lines)
+                    for number in range(50 if self.tcp.is_set() else 0):
+                        packet = struct.pack(">BBHII", 0x80, 0, number, 160 * number, 1) + bytes(160)
+                        peer.sendall(b"$\0" + struct.pack(">H", len(packet)) + packet)
+                        self.pause.wait(0.02)
+                    if self.tcp.is_set() and says_goodbye:
+                        peer.sendall(b"$\1\0\x10" + struct.pack(">BBHIBBHI", 0x80, 201, 1, 1, 0x81, 203, 1, 1))
+                        peer.settimeout(30)
+                        while peer.recv(4096):
+                            pass
+        self.listener, self.pause, self.tcp = socket.create_server(("127.0.0.1", 0)), threading.Event(), threading.Event()
+        self.addCleanup(self.listener.close)
+        server = threading.Thread(target=serve)
+        server.start()
+        self.addCleanup(server.join)
+        return self.listener.getsockname()[1]
+
+    def record_sound(self, source):
+        out = self.folder / "sound.wav"
+        done = weir("run", f"rtspsrc {source} latency=100 name=camera ! rtppcmudepay ! mulawdec ! wavenc ! filesink location={out}")
+        self.assertGreater(out.stat().st_size, 1000)
+        return done
+
+    def test_a_camera_whose_connection_breaks_off_is_an_error(self):
+        done = self.record_sound(f"location=rtsp://127.0.0.1:{self.serve_rtsp(False)}/ protocols=tcp")
+        self.refused(done, 1, "error from camera: ", "The server closed the connection")
+
+    def test_a_camera_that_is_reached_at_the_second_attempt_is_no_error(self):
+        done = self.record_sound(f"location=rtsp://127.0.0.1:{self.serve_rtsp(True)}/ timeout=100000")
+        self.assertIn("Ended ", self.good(done))
+        self.assertIn("Retrying using a tcp connection", done.stderr)
 
 
 if __name__ == "__main__":

@@ -9,6 +9,7 @@
 #include <cerrno>
 #include <cstddef>
 #include <cstring>
+#include <utility>
 
 #include "core/text/text.hpp"
 #include "machine/environment.hpp"
@@ -64,17 +65,22 @@ ServiceNotifier::~ServiceNotifier() {
   if (socket_ >= 0) close(socket_);
 }
 
-void ServiceNotifier::ready(const std::string& status) {
+void ServiceNotifier::ready(const std::string& status, std::function<bool(gint64)> is_alive) {
   if (is_ready_) return;
   is_ready_ = true;
+  is_alive_ = std::move(is_alive);
   send("READY=1\nSTATUS=" + status);
   if (watchdog_ms_ == 0 || socket_ < 0) return;
-  const auto live = +[](gpointer self) -> gboolean {
-    static_cast<ServiceNotifier*>(self)->send("WATCHDOG=1");
+  feed_watchdog();
+  const auto feed = +[](gpointer self) -> gboolean {
+    static_cast<ServiceNotifier*>(self)->feed_watchdog();
     return G_SOURCE_CONTINUE;
   };
-  live(this);
-  timer_ = g_timeout_add(watchdog_ms_, live, this);
+  timer_ = g_timeout_add(watchdog_ms_, feed, this);
+}
+
+void ServiceNotifier::feed_watchdog() const {
+  if (is_stopping_ || is_alive_(2 * gint64{kUsPerMs} * watchdog_ms_)) send("WATCHDOG=1");
 }
 
 void ServiceNotifier::stopping() {

@@ -3,6 +3,7 @@
 #pragma once
 #include <gst/gst.h>
 
+#include <functional>
 #include <memory>
 #include <string>
 #include <string_view>
@@ -20,15 +21,19 @@ class ServiceNotifier {
   ServiceNotifier& operator=(const ServiceNotifier&) = delete;
   ~ServiceNotifier();
 
-  void ready(const std::string& status);  // the pipeline plays; begins to feed the watchdog
-  void stopping();                        // once; later calls do nothing
+  // The pipeline plays; begins to feed the watchdog. Until stopping() it is fed only while
+  // `is_alive` returns true, which gets the microseconds that the watchdog allows.
+  void ready(const std::string& status, std::function<bool(gint64)> is_alive);
+  void stopping();  // once; later calls do nothing
 
  private:
   ServiceNotifier() = default;
+  void feed_watchdog() const;
   void send(std::string_view text) const;
 
-  int socket_ = -1;  // -1: not a service
-  guint watchdog_ms_ = 0, timer_ = 0;
+  int socket_ = -1;                    // -1: not a service
+  guint watchdog_ms_ = 0, timer_ = 0;  // half of the time that the watchdog allows; 0 = it is off
+  std::function<bool(gint64)> is_alive_;
   bool is_ready_ = false, is_stopping_ = false;
 };
 

@@ -4,10 +4,12 @@
 
 import os
 import pty
+import re
 import select
 import signal
 import socket
 import subprocess
+import threading
 import unittest
 
 import tap_runner
@@ -20,6 +22,7 @@ class Service(Case):
     def interrupted(self, running):
         output, errors = running.communicate(timeout=30)
         self.assertEqual(running.returncode, 130, output + errors)
+        return output, errors
 
     def crash(self, *options):
         """Runs a filter that crashes when it is opened; the output, and the line before the last word."""
@@ -103,6 +106,58 @@ class Service(Case):
         manager, start = self.service(str(self.folder / "other"), WATCHDOG_USEC="40000", WATCHDOG_PID="1")
         self.assertEqual(start("videotestsrc num-buffers=20 is-live=true ! fakesink").wait(timeout=30), 0)
         self.assertEqual([manager.recv(1000), manager.recv(1000)], [b"READY=1\nSTATUS=playing", b"STOPPING=1"], "that of another process")
+
+    def test_a_camera_that_delivers_nothing_does_not_feed_the_watchdog(self):
+        manager, start = self.service(str(self.folder / "notify"), WATCHDOG_USEC="1000000", WATCHDOG_PID="")
+        running = start("-v", "udpsrc address=127.0.0.1 port=0 name=camera caps=application/x-rtp,media=video,clock-rate=90000 ! fakesink")
+        self.addCleanup(running.kill)
+        port = int(next(filter(None, (re.match(r"camera: port = (\d+)", line) for line in running.stderr)))[1])
+        sends, ends = threading.Event(), threading.Event()
+
+        def send():
+            with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as camera:
+                while not ends.wait(0.02):
+                    if sends.is_set():
+                        camera.sendto(bytes(20), ("127.0.0.1", port))
+        sends.set()
+        camera = threading.Thread(target=send)
+        camera.start()
+        self.addCleanup(camera.join)
+        self.addCleanup(ends.set)
+        self.assertEqual([manager.recv(1000) for _ in range(5)], [b"READY=1\nSTATUS=playing"] + 4 * [b"WATCHDOG=1"])
+        sends.clear()
+        self.assertIn("camera delivered nothing for 1 s: the watchdog is not fed until it does\n",
+                      iter(running.stderr.readline, ""))
+        manager.setblocking(False)
+        with self.assertRaises(BlockingIOError):
+            while manager.recv(1000) == b"WATCHDOG=1":
+                pass
+        manager.settimeout(2)
+        self.assertRaises(TimeoutError, manager.recv, 1000)
+        sends.set()
+        manager.settimeout(30)
+        self.assertEqual(manager.recv(1000), b"WATCHDOG=1")
+        running.send_signal(signal.SIGTERM)
+        running.stderr.read()
+        self.assertEqual(running.wait(timeout=30), 130)
+
+    def test_a_camera_that_ended_beside_others_does_not_feed_the_watchdog(self):
+        manager, start = self.service(str(self.folder / "notify"), WATCHDOG_USEC="1000000", WATCHDOG_PID="")
+        running = start("videotestsrc is-live=true ! fakesink videotestsrc name=short is-live=true num-buffers=2 ! fakesink")
+        self.addCleanup(running.kill)
+        self.assertIn("short delivered nothing for 1 s", running.stderr.readline())
+        running.send_signal(signal.SIGTERM)
+        self.interrupted(running)
+
+    def test_other_sources_may_rest(self):
+        # A file that is read at once, messages, and a camera whose caps allow one picture in four seconds.
+        manager, start = self.service(str(self.folder / "notify"), WATCHDOG_USEC="1000000", WATCHDOG_PID="")
+        running = start("videotestsrc num-buffers=2 ! fakesink udpsrc address=127.0.0.1 port=0 caps=application/x-rtp,media=application ! "
+                        "fakesink async=false videotestsrc is-live=true ! video/x-raw,framerate=1/4 ! fakesink")
+        self.addCleanup(running.kill)
+        self.assertEqual([manager.recv(1000) for _ in range(7)], [b"READY=1\nSTATUS=playing"] + 6 * [b"WATCHDOG=1"])
+        running.send_signal(signal.SIGTERM)
+        self.assertNotIn("delivered nothing", self.interrupted(running)[1])
 
     def test_a_service_that_does_not_start_is_not_ready(self):
         manager, start = self.service(str(self.folder / "notify"))

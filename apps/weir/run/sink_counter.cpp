@@ -5,19 +5,10 @@
 #include <string_view>
 
 #include "gstcpp/element/elements.hpp"
+#include "run/muxed_files.hpp"
 
 namespace weir::app {
 namespace {
-
-bool is_muxer(GstElement* element) {
-  const char* klass = gst_element_get_metadata(element, GST_ELEMENT_METADATA_KLASS);
-  return klass && std::string_view(klass).find("Codec/Muxer") != std::string_view::npos;
-}
-
-// A bin has the sink flag when a child has it: only the child is one.
-bool is_sink(GstElement* element) {
-  return GST_OBJECT_FLAG_IS_SET(element, GST_ELEMENT_FLAG_SINK) && !GST_IS_BIN(element);
-}
 
 bool comes_from_a_muxer(GstPad* pad) {
   const auto peer = gst::Ref<GstPad>::adopt(gst_pad_get_peer(pad));
