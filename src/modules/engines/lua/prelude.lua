@@ -298,7 +298,8 @@ end
 local function invoke()
   local call = rawget(globals, 'nnstreamer_invoke')
   if type(call) ~= 'function' then error('nnstreamer_invoke is no longer a function', 0) end
-  return call()
+  local result = call()  -- no tail call: LuaJIT would not compile it
+  return result
 end
 
 return describe, bind, invoke
