@@ -17,8 +17,7 @@ namespace {
 bool is_closed_window(GstObject* source, const GError* error) {
   if (!g_error_matches(error, GST_RESOURCE_ERROR, GST_RESOURCE_ERROR_NOT_FOUND)) return false;
   if (!GST_IS_ELEMENT(source)) return false;
-  const char* klass = gst_element_get_metadata(GST_ELEMENT(source), GST_ELEMENT_METADATA_KLASS);
-  return klass && std::string_view(klass).find("Sink/Video") != std::string_view::npos;
+  return get_class(GST_ELEMENT(source)).find("Sink/Video") != std::string_view::npos;
 }
 
 void print_complaint(const char* kind, Colour colour, const Diagnostic& diagnostic) {

@@ -48,6 +48,11 @@ Json read_properties(GstElement* element) {
 
 }  // namespace
 
+std::string_view get_class(GstElement* element) {
+  const char* klass = gst_element_get_metadata(element, GST_ELEMENT_METADATA_KLASS);
+  return klass ? klass : "";
+}
+
 std::string get_path(GstObject* object) {
   const gst::UniqueText name(gst_object_get_name(object));
   const auto parent = gst::Ref<GstObject>::adopt(gst_object_get_parent(object));

@@ -24,11 +24,6 @@ std::vector<gst::Ref<GstPad>> to_pads(GstIterator* owned) {
   return out;
 }
 
-std::string_view get_class(GstElement* element) {
-  const char* klass = gst_element_get_metadata(element, GST_ELEMENT_METADATA_KLASS);
-  return klass ? klass : "";
-}
-
 // splitmuxsink starts another file when its muxer alone gets EOS.
 GstElement* find_outermost_muxer(GstElement* muxer) {
   GstElement* out = muxer;

@@ -7,14 +7,10 @@
 
 #include "gstcpp/element/elements.hpp"
 #include "gstcpp/element/posted_error.hpp"
+#include "run/element_properties.hpp"
 
 namespace weir::app {
 namespace {
-
-std::string_view get_class(GstElement* element) {
-  const char* klass = gst_element_get_metadata(element, GST_ELEMENT_METADATA_KLASS);
-  return klass ? klass : "";
-}
 
 // A bin has the source flag when a child has it. A bin such as rtspsrc is a source of its own.
 bool is_source(GstElement* element) {
@@ -30,11 +26,12 @@ GstElement* find_source(GstObject* object) {
   return out;
 }
 
-bool is_live(GstPad* pad) {
+// Returns nullopt where that cannot be known yet.
+std::optional<bool> is_live(GstPad* pad) {
   const auto query = gst::Ref<GstQuery>::adopt(gst_query_new_latency());
+  if (!gst_pad_query(pad, query.get())) return std::nullopt;
   gboolean live = FALSE;
-  if (gst_pad_query(pad, query.get()))
-    gst_query_parse_latency(query.get(), &live, nullptr, nullptr);
+  gst_query_parse_latency(query.get(), &live, nullptr, nullptr);
   return live == TRUE;
 }
 
