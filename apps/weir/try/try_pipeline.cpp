@@ -193,6 +193,10 @@ Result<PipelineDescription> try_pipeline(const TryOptions& options, const TryMod
 Status open_window(GstElement* pipeline) {
   const auto window = gst::Ref<GstElement>::adopt(gst_bin_get_by_name(GST_BIN(pipeline), kWindow));
   if (!window) return ok();
+  // DirectFB crashes where it finds no framebuffer.
+  const auto directfb = gst::Ref<GstPluginFeature>::adopt(
+      gst_registry_lookup_feature(gst_registry_get(), "dfbvideosink"));
+  if (directfb) gst_plugin_feature_set_rank(directfb.get(), GST_RANK_NONE);
   const bool is_ready =
       gst_element_set_state(window.get(), GST_STATE_READY) != GST_STATE_CHANGE_FAILURE;
   const auto sink = gst::Ref<GstElement>::adopt(
