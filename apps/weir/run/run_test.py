@@ -517,7 +517,7 @@ class Run(Case):
         for text in (self.FILE, "jpegenc ! splitmuxsink muxer=qtmux location={out}%d"):
             with self.subTest(text):
                 running = self.start(endless + text)
-                file, self.out = self.out, self.out.with_suffix(".raw")
+                self.out = self.out.with_suffix(".raw")
                 self.wait_for_frames(running)
                 running.send_signal(signal.SIGINT)
                 self.assertIn("interrupt again to stop at once", running.stderr.readline())
