@@ -6,6 +6,7 @@
 #include <filesystem>
 
 #include "environment.hpp"
+#include "install_command.hpp"
 #include "weir/join.hpp"
 
 namespace weir::engine {
@@ -21,19 +22,13 @@ fs::path module_path() {
   return fs::canonical(info.dli_fname, ignored);
 }
 
-bool is_within(const fs::path& path, const fs::path& folder) {
-  if (folder.empty()) return false;
-  const auto relative = path.lexically_relative(folder);
-  return !relative.empty() && *relative.begin() != "..";
-}
-
 Error not_installed(const std::string& name, const std::string& title, std::string offered,
                     std::string needed) {
   return Error{.code = Code::ENGINE_NOT_INSTALLED,
                .what = title + " is not installed",
                .offered = std::move(offered),
                .needed = std::move(needed),
-               .fix = "tools/setup --engine " + name};
+               .fix = library_install_command(name)};
 }
 
 }  // namespace
@@ -42,12 +37,13 @@ std::vector<std::string> library_folders(const std::string& name) {
   const auto under = [&name](const fs::path& root) { return (root / name / "lib").string(); };
   const char* chosen = environment_variable("WEIR_ENGINES_DIR");
   if (chosen && *chosen) return {under(chosen)};
-  const fs::path module = module_path();
-  std::vector<std::string> out{under(module.parent_path().parent_path() / "engines")};
-  std::error_code ignored;
-  if (is_within(module, fs::weakly_canonical(WEIR_BUILD_DIR, ignored)))
-    out.push_back(under(WEIR_BUILD_ENGINES_DIR));
-  return out;
+  return {under(module_path().parent_path().parent_path() / "engines")};
+}
+
+std::string library_install_command(const std::string& name) {
+  return std::string(install_command("apt-get install --reinstall gstreamer1.0-weir-",
+                                     "tools/setup --engine ")) +
+         name;
 }
 
 Result<EngineLibrary> EngineLibrary::open(const std::string& name, const std::string& title,

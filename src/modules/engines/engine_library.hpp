@@ -8,10 +8,13 @@
 
 namespace weir::engine {
 
-// Where to search the libraries of the engine `name`: only in WEIR_ENGINES_DIR when that is set;
-// otherwise in the folder next to the module's own that `make install` fills; then, for a module in
-// the build folder, in the folder that tools/setup fills. In each folder the file is NAME/lib/FILE.
+// Where to search the libraries of the engine `name`: in WEIR_ENGINES_DIR when that is set,
+// otherwise in the folder `engines` beside the module's own. `make install` and packages fill it;
+// in the build folder it is a link to what tools/setup fetched. The file is NAME/lib/FILE in it.
 std::vector<std::string> library_folders(const std::string& name);
+
+// The command for an error about the library of the engine `name`.
+std::string library_install_command(const std::string& name);
 
 class EngineLibrary {
  public:
