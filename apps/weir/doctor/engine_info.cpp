@@ -103,7 +103,7 @@ std::vector<EngineInfo> list_engines() {
     fact.name = known.name;
     fact.aliases = known.aliases;
     fact.extensions = known.extensions;
-    if (!known.install.empty()) fact.install = std::string(known.install) + " && make build";
+    fact.install = known.install;
     out.push_back(std::move(fact));
   }
   for (const auto& name : infer::ModuleLibrary::instance().engine_names()) {

@@ -15,6 +15,7 @@
 #include "launch/launch_graph.hpp"
 #include "launch/launch_tokens.hpp"
 #include "launch/refused_link.hpp"
+#include "machine/install_command.hpp"
 #include "weir/join.hpp"
 
 namespace weir::app {
@@ -138,8 +139,10 @@ std::optional<Error> foreign_element(const std::string& name, const std::string&
 struct Optional {
   std::string_view name, needed, fix;
 };
-constexpr std::string_view kGrpc = "apt-get install libgrpc++-dev && make install";
-constexpr std::string_view kMosquitto = "apt-get install libmosquitto-dev && make install";
+constexpr std::string_view kGrpc = install_command("apt-get install gstreamer1.0-weir-net",
+                                                   "apt-get install libgrpc++-dev && make install");
+constexpr std::string_view kMosquitto = install_command(
+    "apt-get install gstreamer1.0-weir-edge", "apt-get install libmosquitto-dev && make install");
 constexpr std::array kOptional{
     Optional{"tensor_sink_grpc", "the plug-in weirnet: a build of Weir with gRPC", kGrpc},
     Optional{"tensor_src_grpc", "the plug-in weirnet: a build of Weir with gRPC", kGrpc},

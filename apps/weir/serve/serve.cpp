@@ -17,6 +17,7 @@
 #include "core/config/install_paths.hpp"
 #include "core/process/listener_lease.hpp"
 #include "core/text/shell_quote.hpp"
+#include "machine/install_command.hpp"
 #include "report.hpp"
 #include "run/diagnostics.hpp"
 #include "run/ledger_table.hpp"
@@ -126,11 +127,13 @@ std::string metrics_page(const Json& ledgers) {
 Status check_elements() {
   const auto plugin = gst::Ref<GstPlugin>::adopt(gst_plugin_load_by_name("weirnet"));
   if (plugin) return ok();
-  return Error{.code = Code::MODULE_REFUSED,
-               .what = "the plug-in weirnet, which serves models, is not installed",
-               .offered = "no plug-in weirnet",
-               .needed = "a build of Weir with gRPC",
-               .fix = "apt-get install libgrpc++-dev && make install"};
+  return Error{
+      .code = Code::MODULE_REFUSED,
+      .what = "the plug-in weirnet, which serves models, is not installed",
+      .offered = "no plug-in weirnet",
+      .needed = "a build of Weir with gRPC",
+      .fix = std::string(install_command("apt-get install gstreamer1.0-weir-net",
+                                         "apt-get install libgrpc++-dev && make install"))};
 }
 
 Result<std::vector<ServedPipeline>> make_pipelines(const std::vector<NamedModel>& models,

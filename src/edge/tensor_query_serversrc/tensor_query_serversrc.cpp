@@ -13,6 +13,7 @@
 #include "gstcpp/buffer/query_meta.hpp"
 #include "gstcpp/buffer/tensor_caps.hpp"
 #include "gstcpp/element/base_classes.hpp"
+#include "machine/install_command.hpp"
 #include "transport/network_policy.hpp"
 
 namespace weir {
@@ -338,7 +339,8 @@ class TensorQueryServersrc : public gst::Element<TensorQueryServersrc, gst::Push
         .what = "the plug-in weirnet, which serves the Open Inference Protocol, is not installed",
         .offered = "tensor_query_serversrc protocol=oip",
         .needed = "the plug-in weirnet, which Weir builds when gRPC is installed",
-        .fix = "apt-get install libgrpc++-dev && make install"};
+        .fix = std::string(install_command("apt-get install gstreamer1.0-weir-net",
+                                           "apt-get install libgrpc++-dev && make install"))};
   }
 
   Status agree_on_caps() {

@@ -6,11 +6,13 @@
 #include <array>
 
 #include "core/text/text.hpp"
+#include "machine/install_command.hpp"
 
 namespace weir::infer {
 namespace {
 
-constexpr std::string_view kOpencvInstall = "apt-get install libopencv-dnn-dev";
+constexpr std::string_view kOpencvInstall = install_command(
+    "apt-get install gstreamer1.0-weir-opencv", "apt-get install libopencv-dnn-dev && make build");
 
 // What runs the same network, for engines that Weir has no module for.
 constexpr std::string_view kOnnx = "the model as .onnx, with framework=onnxruntime";
@@ -20,17 +22,27 @@ constexpr std::string_view kOnnxOrTflite =
 constexpr std::string_view kTorchScript = "the model as TorchScript, with framework=pytorch";
 
 constexpr std::array kEngines{
-    KnownEngine{"onnxruntime", "onnx", "onnx", "tools/setup --engine onnxruntime"},
+    KnownEngine{"onnxruntime", "onnx", "onnx",
+                install_command("apt-get install gstreamer1.0-weir-onnxruntime",
+                                "tools/setup --engine onnxruntime && make build")},
     KnownEngine{"tensorflow-lite", "tensorflow2-lite,tensorflow1-lite,tflite", "tflite",
-                "tools/setup --engine tensorflow-lite"},
+                install_command("apt-get install gstreamer1.0-weir-tensorflow-lite",
+                                "tools/setup --engine tensorflow-lite && make build")},
     KnownEngine{"tensorflow", "", "pb", kOpencvInstall},
     KnownEngine{"pytorch", "torch,libtorch", "pt,pth,torchscript",
-                "apt-get install libtorch-dev libopenblas0-pthread"},
+                install_command("apt-get install gstreamer1.0-weir-pytorch",
+                                "apt-get install libtorch-dev libopenblas0-pthread && make build")},
     KnownEngine{"caffe", "", "caffemodel,prototxt", kOpencvInstall},
     KnownEngine{"darknet", "", "weights,cfg", kOpencvInstall},
-    KnownEngine{"python3", "python", "py", "apt-get install libpython3.11 python3-numpy"},
-    KnownEngine{"lua", "", "lua", "apt-get install libluajit-5.1-2"},
-    KnownEngine{"oip", "", "", "apt-get install libgrpc++-dev"},
+    KnownEngine{"python3", "python", "py",
+                install_command("apt-get install gstreamer1.0-weir-python3",
+                                "apt-get install libpython3.11 python3-numpy && make build")},
+    KnownEngine{"lua", "", "lua",
+                install_command("apt-get install gstreamer1.0-weir libluajit-5.1-2",
+                                "apt-get install libluajit-5.1-2 && make build")},
+    KnownEngine{"oip", "", "",
+                install_command("apt-get install gstreamer1.0-weir-net",
+                                "apt-get install libgrpc++-dev && make build")},
     KnownEngine{"custom", "", "so", ""},
     KnownEngine{"custom-easy", "", "", ""},
     KnownEngine{"cpp", "", "", ""},

@@ -44,7 +44,7 @@ Error not_installed(const KnownEngine& known, std::string_view word, std::string
             .offered = "framework=" + std::string(word),
             .needed = "one of: " + std::move(installed)};
   if (!known.install.empty()) {
-    out.fix = std::string(known.install) + " && make build";
+    out.fix = std::string(known.install);
     return out;
   }
   out.what = "Weir has no engine " + name;
@@ -111,7 +111,7 @@ Error with_install_line(Error error, const KnownEngine& known) {
                                    : " differs from the one the module was built with"),
                .offered = error.offered,
                .needed = "the version of the library that the module was built with",
-               .fix = std::string(known.install) + " && make build"};
+               .fix = std::string(known.install)};
 }
 
 // Other names for `framework=word` if no engine has that one (docs/compatibility/filter.md 4.2).

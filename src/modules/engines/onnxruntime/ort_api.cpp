@@ -102,7 +102,7 @@ Result<std::shared_ptr<const OrtRuntime>> OrtRuntime::load() {
                  .what = "the library of ONNX Runtime cannot be used",
                  .offered = library->path() + ": " + offered,
                  .needed = "ONNX Runtime with C API " + std::to_string(ORT_API_VERSION),
-                 .fix = "tools/setup --engine onnxruntime"};
+                 .fix = engine::library_install_command("onnxruntime")};
   };
   using GetBase = const OrtApiBase*(ORT_API_CALL*)();
   const auto get_base = library->symbol<GetBase>("OrtGetApiBase");

@@ -24,7 +24,7 @@ Error not_usable(std::string offered) {
           .what = "the library of TensorFlow Lite cannot be used",
           .offered = std::move(offered),
           .needed = "the C library of TensorFlow Lite 2.9 or a later 2.x",
-          .fix = "tools/setup --engine tensorflow-lite"};
+          .fix = engine::library_install_command("tensorflow-lite")};
 }
 
 }  // namespace
