@@ -1,4 +1,4 @@
-# The front door: `make demo` and `make test` do everything from a bare Debian 12 on. The work is done by
+# The front door: `make demo` and `make test` do everything from a bare Debian on. The work is done by
 # tools/ and Meson; `make help` lists the targets.
 
 BUILD ?= build
@@ -20,7 +20,7 @@ export CCACHE_BASEDIR := $(CURDIR)
 export CCACHE_NOHASHDIR := 1
 export CCACHE_SLOPPINESS := pch_defines,time_macros
 
-.PHONY: help needs-input setup setup-to-use configure configure-to-use build test demo demo-faces bench bench-mtcnn bench-street bench-ars install uninstall wheel clean distclean fuzz fuzz-keep asan tsan soak docs format lint models-table
+.PHONY: help needs-input setup setup-to-use configure configure-to-use build test demo demo-faces bench bench-mtcnn bench-street bench-ars install uninstall deb wheel clean distclean fuzz fuzz-keep asan tsan soak docs format lint models-table
 .NOTPARALLEL:
 
 help:
@@ -83,6 +83,10 @@ build: configure
 install: configure-to-use
 	@tools/install --jobs $(JOBS) $(BUILD) "$(PREFIX)"
 
+#: make deb         build Debian packages into dist/deb; KEY=your-key signs the folder as a source for apt, ARCH=arm64 cross-compiles
+deb: setup-to-use
+	@tools/deb --jobs $(JOBS) $(if $(ARCH),--arch $(ARCH)) $(if $(KEY),--key "$(KEY)")
+
 #: make wheel       pack the package for Python with all that it needs of Weir into dist/weir-*.whl
 wheel: configure-to-use
 	@tools/wheel --jobs $(JOBS) $(BUILD) dist
@@ -129,7 +133,7 @@ lint: build
 
 #: make clean       remove what was built; distclean: the engines too
 clean:
-	rm -rf $(BUILD) build-asan build-tsan build-fuzz
+	rm -rf $(BUILD) build-asan build-deb build-tsan build-fuzz
 
 distclean: clean
 	rm -rf .engines

@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""Tests of tools/setup, tools/configure, tools/install, tools/uninstall, tools/count-tests.py and tools/measure, in folders of
+"""Tests of tools/setup, tools/configure, tools/install, tools/uninstall, tools/deb, tools/count-tests.py and tools/measure, in folders of
 their own and with stand-ins for npm, apt, dpkg, meson and ninja: nothing is fetched and nothing installed. The last line is
 `N passed, N failed`.
 """
@@ -309,6 +309,102 @@ echo "ninja $*" >> "$FAKE/calls"
 
     def test_uninstall_of_nothing_is_reported(self):
         self.assertIn("nothing to do", self.call("uninstall", "/usr"))
+
+
+class Deb(unittest.TestCase):
+    """With stand-ins for what checks, builds, indexes and signs packages."""
+
+    FAKES = {
+        "apt-ftparchive": """#!/bin/bash
+[[ $1 == packages ]] && ls *.deb || echo "Origin: Weir"
+""",
+        "apt-get": """#!/bin/bash
+echo "apt-get $*" >> "$FAKE/calls"
+""",
+        "dpkg-checkbuilddeps": """#!/bin/bash
+[[ ! -e $FAKE/missing ]] || { echo "dpkg-checkbuilddeps: error: Unmet build dependencies: libfrob-dev" >&2; exit 1; }
+""",
+        "dpkg-buildpackage": """#!/bin/bash
+[[ ! -e $FAKE/broken ]] || { echo "frob.cpp: error"; exit 2; }
+version=$(sed -n '1s/.*(\\(.*\\)).*/\\1/p' debian/changelog)
+touch "../weir_${version}_all.deb" "../libweir0_${version}_$(dpkg --print-architecture).deb"
+""",
+        "gpg": """#!/bin/bash
+[[ "$*" != *unknown* ]] || exit 2
+while (($#)); do [[ $1 != --output ]] || echo signed > "$2"; shift; done
+""",
+    }
+
+    def setUp(self):
+        self.root = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory(prefix="weir deb ")))
+        fakes = self.root / "fakes"
+        checkout = self.root / "checkout"
+        for folder in ("tools", "packages/debian", ".engines/onnxruntime", ".engines/tensorflow-lite"):
+            (checkout / folder).mkdir(parents=True)
+        fakes.mkdir()
+        for name, text in self.FAKES.items():
+            write_program(fakes / name, text)
+        for name in ("deb", "sources"):
+            shutil.copy(TOOLS / name, checkout / "tools")
+        (checkout / "meson.build").write_text("project('weir', version: '3.0.0')")
+        (checkout / "packages" / "debian" / "control").write_text("Source: weir")
+        self.news = checkout / "CHANGELOG.md"
+        self.news.write_text("")
+        self.checkout, self.folder = checkout, self.root / "packages"
+        self.environment = dict(os.environ, PATH=f"{fakes}:/usr/bin:/bin", FAKE=str(self.root))
+
+    def call(self, *options):
+        return subprocess.run([self.checkout / "tools" / "deb", "--folder", self.folder, *options], env=self.environment, text=True,
+                              capture_output=True, check=False)
+
+    def refused(self, *options):
+        done = self.call(*options)
+        self.assertNotEqual(done.returncode, 0, done.stdout)
+        self.assertNotIn("Traceback", done.stderr)
+        return done.stderr
+
+    def version(self, seconds):
+        """Of a build from sources of that time."""
+        os.utime(self.news, (seconds, seconds))
+        done = self.call()
+        self.assertEqual(done.returncode, 0, done.stderr)
+        packages = sorted(path.name for path in self.folder.glob("*.deb"))
+        self.assertEqual(len(packages), 2, packages)  # those of the build before are gone
+        return packages[1].split("_")[1]
+
+    def test_a_later_commit_has_a_later_version(self):
+        first, second = self.version(1_700_000_000), self.version(1_800_000_000)
+        self.assertTrue(first.startswith("3.0.0+20231114.221320~deb"), first)
+        for smaller, larger in ((first, second), (first, first.partition("~deb")[0] + "~deb99"), ("3.0.0~rc1", first), (second, "3.0.1")):
+            self.assertEqual(subprocess.run(["dpkg", "--compare-versions", smaller, "lt", larger], check=False).returncode, 0, (smaller, larger))
+
+    def test_the_folder_is_a_source_of_apt(self):
+        self.version(1_700_000_000)
+        source = (self.folder / "weir.sources").read_text()
+        self.assertIn(f"URIs: file:{self.folder}\n", source)
+        self.assertIn("Trusted: yes", source)
+        self.assertIn("libweir0_", (self.folder / "Packages").read_text())
+        self.assertEqual(self.call("--key", "mine").returncode, 0)
+        source = (self.folder / "weir.sources").read_text()
+        self.assertIn(f"Signed-By: {self.folder}/weir.asc\n", source)
+        self.assertNotIn("Trusted", source)
+        self.assertTrue((self.folder / "InRelease").exists())
+        self.assertEqual(self.call().returncode, 0)
+        self.assertFalse((self.folder / "InRelease").exists(), "the signature of another index")
+
+    def test_what_is_missing_is_named_with_its_fix(self):
+        self.assertIn("gpg --quick-generate-key unknown", self.refused("--key", "unknown"))
+        (self.root / "broken").touch()
+        self.assertIn("frob.cpp: error", self.refused())
+        (self.root / "broken").unlink()
+        (self.root / "missing").touch()
+        if os.geteuid() == 0:
+            self.assertEqual(self.call().returncode, 0)
+            self.assertIn("build-dep --yes", (self.root / "calls").read_text())
+        else:
+            self.assertRegex(self.refused(), "libfrob-dev\n +sudo apt-get build-dep")
+        shutil.rmtree(self.checkout / ".engines" / "onnxruntime")
+        self.assertIn("tools/setup --engine onnxruntime", self.refused())
 
 
 class CountTests(unittest.TestCase):

@@ -49,7 +49,7 @@ Status Worker::open(int cancel) {
                  .what = "the worker program is not the weir-worker of this version",
                  .offered = WorkerProcess::program() + (end ? ": " + *end : ""),
                  .needed = "weir-worker of the same installation",
-                 .fix = "make install, or WEIR_WORKER=/path/to/weir-worker"};
+                 .fix = worker_fix()};
   }
   writer_.begin(Kind::Open);
   settings_.open.put(&writer_);

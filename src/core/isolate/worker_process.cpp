@@ -20,6 +20,7 @@ extern "C" {  // missing in glibc 2.36
 
 #include "core/config/install_paths.hpp"
 #include "core/io/deadline.hpp"
+#include "machine/install_command.hpp"
 
 extern char** environ;
 
@@ -68,6 +69,12 @@ std::string exit_text(const siginfo_t& info) {
 
 }  // namespace
 
+std::string worker_fix() {
+  return std::string(
+             install_command("apt-get install --reinstall gstreamer1.0-weir", "make install")) +
+         ", or WEIR_WORKER=/path/to/weir-worker";
+}
+
 Error not_started(const std::string& step, int number) {
   return Error{.code = Code::WORKER_NOT_STARTED,
                .what = "the worker process of a model could not be started",
@@ -75,7 +82,7 @@ Error not_started(const std::string& step, int number) {
                .needed = "the program weir-worker, a free process, free file descriptors",
                .fix = number == EMFILE
                           ? "ulimit -n $(ulimit -Hn), in the shell that starts the program"
-                          : "make install, or WEIR_WORKER=/path/to/weir-worker"};
+                          : worker_fix()};
 }
 
 std::string WorkerProcess::program() {

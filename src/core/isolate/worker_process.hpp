@@ -15,6 +15,8 @@ namespace weir::isolate {
 
 // WORKER_NOT_STARTED: what failed, with its errno.
 Error not_started(const std::string& step, int number);
+// What brings the worker program where it is missing or another version's.
+std::string worker_fix();
 
 class WorkerProcess {
  public:
