@@ -1,8 +1,8 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-2.1-or-later
-"""Tests of tools/setup, tools/configure, tools/install, tools/uninstall, tools/deb, tools/count-tests.py and tools/measure, in folders of
-their own and with stand-ins for npm, apt, dpkg, meson and ninja: nothing is fetched and nothing installed. The last line is
-`N passed, N failed`.
+"""Tests of tools/setup, tools/configure, tools/install, tools/uninstall, tools/deb, tools/count-tests.py, tools/measure and
+tools/sbom, in folders of their own and with stand-ins for npm, apt, dpkg, meson and ninja: nothing is fetched and nothing
+installed. The last line is `N passed, N failed`.
 """
 
 import base64
@@ -10,6 +10,7 @@ import hashlib
 import json
 import os
 import pathlib
+import re
 import shutil
 import subprocess
 import sys
@@ -499,6 +500,102 @@ class Measure(unittest.TestCase):
         (build / ".ninja_log").write_text("# ninja log v5\n0\t900\t1\ta.o\tf\n5\t1505\t1\ta.o\tf\n0\t500\t1\tb.o\tf\n0\t9000\t1\tb.so\tf\n")
         output = subprocess.run([self.root / "tools/measure", "--build", build], text=True, capture_output=True, check=True).stdout
         self.assertEqual(output.splitlines()[-1], "compile steps: 2, 2 s")
+
+
+class Sbom(unittest.TestCase):
+    FILES = ("bin/weir", "lib/libweir.so.0.1.0", "lib/gstreamer-1.0/libgstweir.so", "lib/weir/modules/libweir-decoder-flatbuf.so",
+             "lib/weir/engines/onnxruntime/lib/libonnxruntime.so.1", "lib/weir/engines/tensorflow-lite/lib/libtensorflowlite_c.so",
+             "lib/python3/dist-packages/weir/_weir.cpython-311-x86_64-linux-gnu.so", "share/weir/cards/a.card.json")
+
+    def setUp(self):
+        self.root = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory(prefix="weir sbom ")))
+        self.install(self.FILES)
+
+    def install(self, names):
+        manifest = self.root / "usr" / "share" / "weir" / "install-manifest.txt"
+        for name in names:
+            path = self.root / "usr" / name
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_text(name)
+        (self.root / "usr" / "lib" / "libweir.so").symlink_to("libweir.so.0.1.0")
+        manifest.parent.mkdir(parents=True, exist_ok=True)
+        lines = ["/usr/lib", "/usr/lib/libweir.so", *(f"/usr/{name}" for name in names), "/usr/share/weir/install-manifest.txt"]
+        manifest.write_text("".join(f"{line}\n" for line in lines))
+
+    def call(self, *arguments, **variables):
+        return subprocess.run([TOOLS / "sbom", *arguments], env={**os.environ, "SOURCE_DATE_EPOCH": "1700000000", **variables}, text=True,
+                              capture_output=True, check=False)
+
+    def document(self):
+        done = self.call(self.root)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        return json.loads(done.stdout)
+
+    def test_has_the_fields_that_the_specification_requires(self):
+        document = self.document()
+        self.assertEqual((document["spdxVersion"], document["dataLicense"], document["SPDXID"]), ("SPDX-2.3", "CC0-1.0", "SPDXRef-DOCUMENT"))
+        self.assertEqual(document["creationInfo"], {"created": "2023-11-14T22:13:20Z", "creators": ["Tool: tools/sbom"]})
+        self.assertRegex(document["documentNamespace"], r"^https://[^#]+$")
+        parts = document["packages"] + document["files"]
+        known = [part["SPDXID"] for part in parts]
+        self.assertEqual(len(known), len(set(known)))
+        for part in parts:
+            self.assertRegex(part["SPDXID"], r"^SPDXRef-[A-Za-z0-9.-]+$")
+            self.assertTrue(part["licenseConcluded"])
+        for part in document["packages"]:
+            self.assertTrue(part["name"] and part["downloadLocation"] and part["licenseDeclared"] and part["supplier"])
+        for part in document["files"]:
+            content = (self.root / part["fileName"]).read_bytes()
+            self.assertEqual(part["checksums"][0], {"algorithm": "SHA1", "checksumValue": hashlib.sha1(content).hexdigest()})
+        for relation in document["relationships"]:
+            for end in ("spdxElementId", "relatedSpdxElement"):
+                self.assertIn(relation[end], [*known, "SPDXRef-DOCUMENT"])
+
+    def test_each_file_is_in_one_package(self):
+        document = self.document()
+        ids = {part["SPDXID"]: part["fileName"] for part in document["files"]}
+        owners = {}
+        for relation in document["relationships"]:
+            if relation["relationshipType"] == "CONTAINS":
+                owners.setdefault(ids[relation["relatedSpdxElement"]], []).append(relation["spdxElementId"])
+        wanted = {f"./usr/{name}": ["SPDXRef-Package-Weir"] for name in (*self.FILES, "share/weir/install-manifest.txt")}
+        for engine, name in (("onnxruntime", self.FILES[4]), ("tensorflow-lite", self.FILES[5])):
+            wanted[f"./usr/{name}"] = [f"SPDXRef-Package-{engine}"]
+        self.assertEqual(owners, wanted)
+
+    def test_names_what_is_compiled_in_and_the_pins_of_the_engines(self):
+        packages = {part["name"]: part for part in self.document()["packages"]}
+        for name, licence in (("Weir", "LGPL-2.1-or-later"), ("CLI11", "BSD-3-Clause"), ("pybind11", "BSD-3-Clause"), ("flatbuffers", "Apache-2.0"),
+                              ("highway", "Apache-2.0"), ("onnxruntime", "MIT"), ("xnnpack in tensorflow-lite", "BSD-3-Clause")):
+            self.assertEqual(packages[name]["licenseDeclared"], licence)
+        line = re.search(r"^onnxruntime +npm +\S+ +(\S+) +sha512-(\S+)$", (TOOLS / "engines.txt").read_text(), re.MULTILINE)
+        self.assertEqual((packages["onnxruntime"]["versionInfo"], packages["onnxruntime"]["checksums"][0]["checksumValue"]),
+                         (line[1], base64.b64decode(line[2]).hex()))
+
+    def test_lists_only_what_is_installed(self):
+        shutil.rmtree(self.root / "usr")
+        self.install(["lib/libweir.so.0.1.0"])
+        self.assertEqual([part["name"] for part in self.document()["packages"]], ["Weir", "highway", "nlohmann-json"])
+
+    def test_is_the_same_each_time_and_another_for_another_file(self):
+        first = self.call(self.root).stdout
+        self.assertEqual(self.call(self.root).stdout, first)
+        (self.root / "usr" / "bin" / "weir").write_text("another")
+        self.assertNotEqual(json.loads(self.call(self.root).stdout)["documentNamespace"], json.loads(first)["documentNamespace"])
+
+    def test_knows_the_licence_of_each_engine(self):
+        names = set(re.findall(r"^([\w-]+) +(?:npm|debian) ", (TOOLS / "engines.txt").read_text(), re.MULTILINE))
+        shutil.rmtree(self.root / "usr")
+        self.install(["lib/x", *(f"lib/weir/engines/{name}/lib/x.so" for name in names)])
+        self.assertLessEqual(names, {part["name"] for part in self.document()["packages"]})
+
+    def test_wrong_arguments_are_errors_with_a_fix(self):
+        for arguments, text in (((), "one folder is needed"), (("--all",), "one folder is needed"),
+                                ((self.root / "usr" / "bin",), "is no installation of Weir")):
+            done = self.call(*arguments)
+            self.assertEqual((done.returncode, done.stdout), (1, ""))
+            self.assertIn(text, done.stderr)
+            self.assertIn("fix: ", done.stderr)
 
 
 def main(module):
