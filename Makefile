@@ -83,9 +83,9 @@ build: configure
 install: configure-to-use
 	@tools/install --jobs $(JOBS) $(BUILD) "$(PREFIX)"
 
-#: make deb         build Debian packages into dist/deb; KEY=your-key signs the folder as a source for apt, ARCH=arm64 cross-compiles
+#: make deb         build Debian packages into dist/deb; KEY=your-key signs the folder as a source for apt
 deb: setup-to-use
-	@tools/deb --jobs $(JOBS) $(if $(ARCH),--arch $(ARCH)) $(if $(KEY),--key "$(KEY)")
+	@tools/deb --jobs $(JOBS) $(if $(KEY),--key "$(KEY)")
 
 #: make wheel       pack the package for Python with all that it needs of Weir into dist/weir-*.whl
 wheel: configure-to-use

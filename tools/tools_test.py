@@ -330,8 +330,12 @@ echo "apt-get $*" >> "$FAKE/calls"
 version=$(sed -n '1s/.*(\\(.*\\)).*/\\1/p' debian/changelog)
 touch "../weir_${version}_all.deb" "../libweir0_${version}_$(dpkg --print-architecture).deb"
 """,
+        "dpkg-deb": "#!/bin/sh\n",
+        "dpkg-deb": "#!/bin/sh\n",
         "gpg": """#!/bin/bash
 [[ "$*" != *unknown* ]] || exit 2
+[[ "$*" != *--export* ]] || printf 'BEGIN KEY\\n\\nabc\\n'
+[[ "$*" != *--export* ]] || printf 'BEGIN KEY\\n\\nabc\\n'
 while (($#)); do [[ $1 != --output ]] || echo signed > "$2"; shift; done
 """,
     }
@@ -347,6 +351,8 @@ while (($#)); do [[ $1 != --output ]] || echo signed > "$2"; shift; done
             write_program(fakes / name, text)
         for name in ("deb", "sources"):
             shutil.copy(TOOLS / name, checkout / "tools")
+        write_program(checkout / "tools" / "sbom", "#!/bin/sh\necho '{}'\n")
+        write_program(checkout / "tools" / "sbom", "#!/bin/sh\necho '{}'\n")
         (checkout / "meson.build").write_text("project('weir', version: '3.0.0')")
         (checkout / "packages" / "debian" / "control").write_text("Source: weir")
         self.news = checkout / "CHANGELOG.md"
@@ -382,19 +388,40 @@ while (($#)); do [[ $1 != --output ]] || echo signed > "$2"; shift; done
     def test_the_folder_is_a_source_of_apt(self):
         self.version(1_700_000_000)
         source = (self.folder / "weir.sources").read_text()
-        self.assertIn(f"URIs: file:{self.folder}\n", source)
-        self.assertIn("Trusted: yes", source)
+        self.assertEqual(source, f"Types: deb\nURIs: {self.folder.as_uri()}\nSuites: ./\nTrusted: yes\n")
+        self.assertNotIn(" ", self.folder.as_uri())  # apt would not read any source
         self.assertIn("libweir0_", (self.folder / "Packages").read_text())
         self.assertEqual(self.call("--key", "mine").returncode, 0)
         source = (self.folder / "weir.sources").read_text()
-        self.assertIn(f"Signed-By: {self.folder}/weir.asc\n", source)
+        self.assertIn("Signed-By:\n BEGIN KEY\n .\n abc\n", source)
         self.assertNotIn("Trusted", source)
         self.assertTrue((self.folder / "InRelease").exists())
         self.assertEqual(self.call().returncode, 0)
         self.assertFalse((self.folder / "InRelease").exists(), "the signature of another index")
 
+    def test_changes_that_are_not_committed_have_a_version_of_their_own(self):
+        def git(*words):
+            subprocess.run(["git", "-C", self.checkout, "-c", "user.name=x", "-c", "user.email=x", *words], env={
+                **self.environment, "GIT_COMMITTER_DATE": "1700000000 +0000"}, capture_output=True, check=True)
+
+        git("init")
+        (self.checkout / ".gitignore").write_text("/build-deb\n/.engines\n")
+        git("add", ".")
+        git("commit", "-m", "x")
+        clean = self.version(1)
+        self.assertTrue(clean.startswith("3.0.0+20231114.221320~deb"), clean)
+        changelog = self.checkout / "build-deb" / "weir" / "debian" / "changelog"
+        self.assertRegex(changelog.read_text(), r"Commit \w{8}\. ")
+        self.news.write_text("more")
+        self.assertGreater(self.version(1), clean)
+        self.assertIn("not committed", changelog.read_text())
+
+    def test_a_folder_that_apt_cannot_read_is_copied(self):
+        self.root.chmod(0o700)
+        self.assertRegex(self.call().stdout, r"cp '.*packages'/\* /srv/weir/ +# apt cannot read .*\n +sed 's\|\^URIs")
+
     def test_what_is_missing_is_named_with_its_fix(self):
-        self.assertIn("gpg --quick-generate-key unknown", self.refused("--key", "unknown"))
+        self.assertIn("gpg --quick-generate-key 'the unknown'", self.refused("--key", "the unknown"))
         (self.root / "broken").touch()
         self.assertIn("frob.cpp: error", self.refused())
         (self.root / "broken").unlink()
@@ -542,7 +569,9 @@ class Sbom(unittest.TestCase):
         for part in parts:
             self.assertRegex(part["SPDXID"], r"^SPDXRef-[A-Za-z0-9.-]+$")
             self.assertTrue(part["licenseConcluded"])
+        filled = {relation["spdxElementId"] for relation in document["relationships"] if relation["relationshipType"] == "CONTAINS"}
         for part in document["packages"]:
+            self.assertEqual((part["filesAnalyzed"], "packageVerificationCode" in part), (part["SPDXID"] in filled,) * 2)
             self.assertTrue(part["name"] and part["downloadLocation"] and part["licenseDeclared"] and part["supplier"])
         for part in document["files"]:
             content = (self.root / part["fileName"]).read_bytes()

@@ -16,4 +16,8 @@ constexpr std::string_view install_command([[maybe_unused]] std::string_view pac
 #endif
 }
 
+// What brings a part that is always there.
+constexpr std::string_view kInstallWeir =
+    install_command("apt-get install --reinstall gstreamer1.0-weir", "make install");
+
 }  // namespace weir

@@ -90,14 +90,16 @@ def compare(include, baseline=DUMP):
 
 
 def elements(folder=FOLDER.parents[1] / "docs" / "elements"):
-    """A line for each pad template, property and value: `tensor_mux sync-mode 1 = refresh`. tools/gen-docs --check compares the pages with
-    the plug-ins."""
+    """A line for each pad template, property and value: `tensor_mux pad SRC src Always`, `tensor_mux silent Boolean readable, writable`,
+    `tensor_mux on-backwards-time 1 = drop`. tools/gen-docs --check compares the pages with the plug-ins."""
     lines = []
     for page in folder.glob("*.md"):
         text = page.read_text(encoding="utf-8")
-        lines += [f"{page.stem} pad {name}" for name in re.findall("template: '(.+)'", text)]
-        for name, row in re.findall(r"^\| `([\w-]+)` \| (.*)", text, re.MULTILINE):
-            lines += [f"{page.stem} {name}", *(f"{page.stem} {name} {number} = {value}" for number, value in re.findall(r"\((\d+)\): (\S+)", row))]
+        lines += [f"{page.stem} pad {' '.join(pad)}" for pad in re.findall(r"(SRC|SINK) template: '(.+)'\n +Availability: (.+)", text)]
+        for name, row, access in re.findall(r"^\| `([\w-]+)` \| (.*?) \| (readable(?:, writable)?|writable)", text, re.MULTILINE):
+            kind = re.match(r"(?:(?!Default)[\w ])+", row)[0].strip()
+            lines += [f"{page.stem} {name} {kind} {access}",
+                      *(f"{page.stem} {name} {number} = {value}" for number, value in re.findall(r"\((\d+)\): (\S+)", row))]
     return sorted(set(lines))
 
 

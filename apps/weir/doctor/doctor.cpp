@@ -22,6 +22,7 @@
 #include "doctor/machine_info.hpp"
 #include "doctor/plugin_info.hpp"
 #include "doctor/summary.hpp"
+#include "machine/install_command.hpp"
 #include "report.hpp"
 #include "weir/join.hpp"
 
@@ -219,11 +220,13 @@ std::vector<LibraryFact> library_facts(const PluginInfo& plugins) {
     dlclose(library);
   } else {
     out.state = "not installed";
-    out.install = "apt-get install libmosquitto1";
+    out.install =
+        install_command("apt-get install gstreamer1.0-weir-edge", "apt-get install libmosquitto1");
   }
   if (is_built_without_mqtt(plugins)) {
     out.state = "not in this build";
-    out.install = "apt-get install libmosquitto-dev && make install";
+    out.install = install_command("apt-get install --reinstall gstreamer1.0-weir-edge",
+                                  "apt-get install libmosquitto-dev && make install");
   }
   return {std::move(out)};
 }

@@ -12,9 +12,6 @@
 namespace weir::app {
 namespace {
 
-constexpr std::string_view kInstall =
-    install_command("apt-get install --reinstall gstreamer1.0-weir", "make install");
-
 // GStreamer looks below its own prefix only.
 std::string missing_plugin_fix() {
   namespace fs = std::filesystem;
@@ -23,7 +20,7 @@ std::string missing_plugin_fix() {
   std::error_code ignored;
   if (fs::exists(installed / "libgstweir.so", ignored))
     return "export GST_PLUGIN_PATH=" + installed.string();
-  return std::string(kInstall) + ", or GST_PLUGIN_PATH=<the folder with libgstweir.so>";
+  return std::string(kInstallWeir) + ", or GST_PLUGIN_PATH=<the folder with libgstweir.so>";
 }
 
 void add_plugin(const Json& plugin, std::vector<Problem>* out) {
@@ -32,13 +29,14 @@ void add_plugin(const Json& plugin, std::vector<Problem>* out) {
       out->push_back(
           {"the plug-in and this command have different versions",
            plugin["file"].get<std::string>() + " is " + plugin["version"].get<std::string>(),
-           std::string(kInstall) + ", or GST_PLUGIN_PATH=<the folder of the matching plug-in>"});
+           std::string(kInstallWeir) +
+               ", or GST_PLUGIN_PATH=<the folder of the matching plug-in>"});
     return;
   }
   const std::string error = plugin["load_error"];
   if (!error.empty())
     out->push_back({"the plug-in cannot be loaded: " + plugin["file"].get<std::string>(), error,
-                    std::string(install_command(kInstall, "make build, then make install"))});
+                    std::string(install_command(kInstallWeir, "make build, then make install"))});
   else
     out->push_back({"the plug-in libgstweir.so was not found",
                     "looked in " + join(plugin["searched"].get<std::vector<std::string>>(), ", "),

@@ -143,7 +143,14 @@ constexpr std::string_view kGrpc = install_command("apt-get install gstreamer1.0
                                                    "apt-get install libgrpc++-dev && make install");
 constexpr std::string_view kMosquitto = install_command(
     "apt-get install gstreamer1.0-weir-edge", "apt-get install libmosquitto-dev && make install");
+constexpr std::string_view kEdge =
+    install_command("apt-get install gstreamer1.0-weir-edge", "make install");
 constexpr std::array kOptional{
+    Optional{"edgesink", "the plug-in weiredge", kEdge},
+    Optional{"edgesrc", "the plug-in weiredge", kEdge},
+    Optional{"tensor_query_client", "the plug-in weiredge", kEdge},
+    Optional{"tensor_query_serversink", "the plug-in weiredge", kEdge},
+    Optional{"tensor_query_serversrc", "the plug-in weiredge", kEdge},
     Optional{"tensor_sink_grpc", "the plug-in weirnet: a build of Weir with gRPC", kGrpc},
     Optional{"tensor_src_grpc", "the plug-in weirnet: a build of Weir with gRPC", kGrpc},
     Optional{"mqttsink", "a build of Weir with libmosquitto", kMosquitto},

@@ -11,6 +11,7 @@
 #include "core/text/shell_quote.hpp"
 #include "core/text/text.hpp"
 #include "machine/environment.hpp"
+#include "machine/install_command.hpp"
 #include "report.hpp"
 #include "weir/join.hpp"
 
@@ -47,7 +48,7 @@ Error invalid(const fs::path& path, const std::string& offered) {
                .what = "the catalogue of models cannot be used",
                .offered = path.string() + ": " + offered,
                .needed = "an object with a list \"models\", each with name and files",
-               .fix = "install Weir again: make install"};
+               .fix = "install Weir again: " + std::string(kInstallWeir)};
 }
 
 Result<std::vector<CatalogueModel>> read_from(const fs::path& path) {
@@ -90,7 +91,7 @@ Result<std::vector<CatalogueModel>> read_catalogue() {
                .what = "the catalogue of models cannot be found",
                .offered = "beside " + join(folders, ", "),
                .needed = "catalogue.json",
-               .fix = "make install, or WEIR_CARD_PATH=/path/to/models/cards"};
+               .fix = std::string(kInstallWeir) + ", or WEIR_CARD_PATH=/path/to/models/cards"};
 }
 
 Result<CatalogueModel> find_model(const std::vector<CatalogueModel>& models,

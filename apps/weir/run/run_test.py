@@ -15,7 +15,7 @@ import subprocess
 import threading
 
 import tap_runner
-from weir_case import COMMAND, Case, weir
+from weir_case import COMMAND, PLUGIN, Case, weir
 
 
 class Run(Case):
@@ -402,6 +402,15 @@ class Run(Case):
         output, rest = self.place("filesrc location=foo.mp4 ! foo ! fakesink")
         self.assertEqual(rest, "foo ! fakesink")
         self.assertNotIn("fix:", output, "no element has a name like it")
+
+    def test_elements_of_a_plugin_that_is_not_installed_come_with_its_install_command(self):
+        (self.folder / "libgstweir.so").symlink_to(PLUGIN)
+        environment = {"GST_PLUGIN_PATH": str(self.folder), "GST_REGISTRY": str(self.folder / "registry")}
+        for name, text in (("edgesink", "the plug-in weiredge"), ("tensor_query_serversrc", "the plug-in weiredge"),
+                           ("tensor_sink_grpc", "apt-get install libgrpc")):
+            done = weir("run", f"videotestsrc ! {name}", **environment)
+            self.refused(done, 1, f"WEIR-1001: the element {name} is not installed", text)
+            self.assertRegex(done.stderr, "(?m)fix: .*make install$")
 
     def test_suggestions_are_related_elements(self):
         self.assertNotIn("did you mean", self.place("tensor_grpc_ssl ! fakesink")[0])

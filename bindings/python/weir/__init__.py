@@ -22,7 +22,7 @@ def _why_not_loaded(missing: ImportError) -> str:
     built = [path.name for path in pathlib.Path(__file__).parent.glob("_weir.*.so")]
     here = f"{sys.executable}, which is Python {sys.version_info.major}.{sys.version_info.minor}"
     if not built:
-        return f"the package weir has no extension module in {pathlib.Path(__file__).parent}: make install builds it"
+        return f"the package weir has no extension module in {pathlib.Path(__file__).parent}: make install, or apt-get install python3-weir, brings it"
     if sys.implementation.cache_tag.replace("cpython-", ".cpython-") not in built[0]:
         return f"weir was built for another Python: it has {built[0]}, and this is {here}; /usr/bin/python3 is Debian's"
     return f"weir cannot be loaded by {here}: {missing.msg}"

@@ -70,9 +70,7 @@ std::string exit_text(const siginfo_t& info) {
 }  // namespace
 
 std::string worker_fix() {
-  return std::string(
-             install_command("apt-get install --reinstall gstreamer1.0-weir", "make install")) +
-         ", or WEIR_WORKER=/path/to/weir-worker";
+  return std::string(kInstallWeir) + ", or WEIR_WORKER=/path/to/weir-worker";
 }
 
 Error not_started(const std::string& step, int number) {

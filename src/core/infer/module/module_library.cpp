@@ -15,6 +15,7 @@
 #include "core/infer/module/load_configuration.hpp"
 #include "core/infer/module/module_check.hpp"
 #include "core/text/text.hpp"
+#include "machine/install_command.hpp"
 #include "weir/join.hpp"
 
 namespace weir::infer {
@@ -112,6 +113,19 @@ Error with_install_line(Error error, const KnownEngine& known) {
                .offered = error.offered,
                .needed = "the version of the library that the module was built with",
                .fix = std::string(known.install)};
+}
+
+// What brings a decoder or converter that is a part of its own; "" if there is none of this name.
+std::string install_command_of_part(std::string_view name) {
+  if (name == "protobuf")
+    return std::string(install_command("apt-get install gstreamer1.0-weir-protobuf",
+                                       "apt-get install libprotobuf-dev && make build"));
+  if (name == "flatbuf" || name == "flexbuf")
+    return std::string(
+        install_command("apt-get install --reinstall gstreamer1.0-weir",
+                        "apt-get install libflatbuffers-dev flatbuffers-compiler && make build"));
+  const auto* engine = name == "python3" ? known_engine(name) : nullptr;
+  return engine ? std::string(engine->install) : "";
 }
 
 // Other names for `framework=word` if no engine has that one (docs/compatibility/filter.md 4.2).
@@ -273,12 +287,14 @@ Result<const weir_decoder_type*> ModuleLibrary::decoder(std::string_view name) {
     if (const auto* table = find_in((*module)->decoders, name)) return table;
   const auto available = decoder_names();
   const std::string close = nearest(name, available);
+  std::string fix = install_command_of_part(name);
+  if (fix.empty()) fix = close.empty() ? "gst-inspect-1.0 tensor_decoder" : "mode=" + close;
   return Error{.code = Code::DECODER_UNKNOWN,
                .what = "no decoder has this name",
                .offered = "mode=" + std::string(name),
                .needed = "one of: " + list(available),
                .difference = close.empty() ? "" : "did you mean " + close + "?",
-               .fix = close.empty() ? "gst-inspect-1.0 tensor_decoder" : "mode=" + close};
+               .fix = std::move(fix)};
 }
 
 Result<const weir_converter_type*> ModuleLibrary::converter(std::string_view name) {
@@ -292,11 +308,13 @@ Result<const weir_converter_type*> ModuleLibrary::converter(std::string_view nam
   if (!module) return module.error();
   if (*module)
     if (const auto* table = find_in((*module)->converters, name)) return table;
+  std::string fix = install_command_of_part(name);
+  if (fix.empty()) fix = "gst-inspect-1.0 tensor_converter";
   return Error{.code = Code::CONVERTER_UNKNOWN,
                .what = "no converter has this name",
                .offered = std::string(name),
                .needed = "one of: " + list(converter_names()),
-               .fix = "gst-inspect-1.0 tensor_converter"};
+               .fix = std::move(fix)};
 }
 
 std::vector<const weir_converter_type*> ModuleLibrary::converters() {

@@ -240,5 +240,17 @@ TEST_F(ModuleLibraryTest, ListsTheDecoders) {
   EXPECT_SAYS(decoder.error().message(), "mode=image_labeling");
 }
 
+TEST_F(ModuleLibraryTest, DecodersAndConvertersThatAreMissingComeWithTheirInstallCommand) {
+  search(folder_.string());
+  EXPECT_SAYS(library_.decoder("protobuf").error().message(),
+              "fix: apt-get install libprotobuf-dev && make build");
+  EXPECT_SAYS(library_.decoder("flexbuf").error().message(),
+              "fix: apt-get install libflatbuffers-dev");
+  EXPECT_SAYS(library_.converter("python3").error().message(),
+              "fix: apt-get install libpython3.11");
+  EXPECT_SAYS(library_.converter("onnxruntime").error().message(),
+              "fix: gst-inspect-1.0 tensor_converter");
+}
+
 }  // namespace module_library_test
 }  // namespace weir::infer
