@@ -26,6 +26,14 @@ engines_is_complete() {
   [[ $(cat "$engines_dir/$1/.stamp" 2> /dev/null) == "$(engines_stamp "$1")" ]]
 }
 
+# engines_is_of_system ENGINE: whether a package that is installed, or is about to be, has the engine.
+engines_is_of_system() {
+  local package
+  package=$(awk -v engine="$1" '$1 == "system" && $2 == engine { print $3 }' "$here/engines.txt")
+  [[ -n $package ]] || return
+  is_installed "$package" || { [[ $packages == yes ]] && is_offered "$package"; }
+}
+
 # engines_select [ENGINE]: sets missing_engines.
 engines_select() {
   local name known
@@ -39,6 +47,7 @@ engines_select() {
     return
   fi
   for name in ${1:-$known}; do
+    if [[ -z $1 ]] && engines_is_of_system "$name"; then continue; fi
     engines_is_complete "$name" || missing_engines+=("$name")
   done
 }

@@ -6,10 +6,17 @@ is_installed() {
   [[ $(dpkg-query -W -f='${db:Status-Status}' "$1" 2> /dev/null) == installed ]]
 }
 
+# is_offered NAME [VERSION]: whether the machine's sources have the package, in this version or a later one.
+is_offered() {
+  local offered
+  offered=$(apt-cache show --no-all-versions "$1" 2> /dev/null | sed -n 's/^Version: //p') || return
+  [[ -z ${2:-} ]] || dpkg --compare-versions "$offered" ge "$2"
+}
+
 # packages_find_missing GROUP...: sets missing_packages from packages.txt. A package marked `?` counts
-# as missing only where the machine's sources offer it.
+# as missing only where the machine's sources offer it, in the version after `?>=` or a later one.
 packages_find_missing() {
-  local line group='' name wanted=" $* "
+  local line group='' name version wanted=" $* "
   while read -r line; do
     line=${line%%#*}
     read -r name _ <<< "$line"
@@ -18,10 +25,10 @@ packages_find_missing() {
       \[*) group=${name//[\[\]]/} && continue ;;
     esac
     [[ $wanted == *" $group "* ]] || continue
-    is_installed "${name%\?}" && continue
-    if [[ $name == *\? ]]; then
-      name=${name%\?}
-      apt-cache show "$name" > /dev/null 2>&1 || continue
+    is_installed "${name%\?*}" && continue
+    if [[ $name == *\?* ]]; then
+      version=${name#*\?} name=${name%\?*}
+      is_offered "$name" "${version#>=}" || continue
     fi
     missing_packages+=("$name")
   done < "$here/packages.txt"

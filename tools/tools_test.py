@@ -36,10 +36,15 @@ grep -qxF -e "${@: -1}" "$FAKE/installed" && echo -n installed
 """
 DPKG = """#!/bin/bash
 [[ $1 != --print-architecture ]] || cat "$FAKE/architecture"
+[[ $1 != --compare-versions ]] || exec /usr/bin/dpkg "$@"
 """
-FAKES = {"npm": NPM, "apt-get": APT_GET, "dpkg-query": DPKG_QUERY, "dpkg": DPKG, "apt-cache": "#!/bin/bash\nexit 1\n"}
+APT_CACHE = """#!/bin/bash
+[[ ${@: -1} == library-* ]] && echo "Version: 1.22.0-4+deb12u8"
+"""
+FAKES = {"npm": NPM, "apt-get": APT_GET, "dpkg-query": DPKG_QUERY, "dpkg": DPKG, "apt-cache": APT_CACHE}
 ENGINES = """suite trixie
 arch  amd64 x64
+system  toy  toy-dev
 toy  npm  toy  1.0  {pin}
   take  package/{{node-arch}}/libtoy.so*  lib
   link  lib/libtoy.so  libtoy.so.1
@@ -47,8 +52,11 @@ toy  npm  toy  1.0  {pin}
 PACKAGES = """[build]  to build
 first     # one
 wanted?   # not in these sources
+toy-dev?  # the same
+library-old?>=1.24  # in these sources in version 1.22
 [test]
 second
+library-new?>=1.20
 [engines]
 authority
 """
@@ -111,7 +119,7 @@ class Setup(unittest.TestCase):
     def test_installs_packages_and_engines_once(self):
         status, output = self.setup()
         self.assertEqual(status, 0, output)
-        self.assertIn("install: first second authority", output.replace("to install, with what they depend on", "install"))
+        self.assertIn("install: first second library-new authority", output.replace("to install, with what they depend on", "install"))
         self.assert_engine_is_whole()
         self.assertIn("apt-get", self.calls())
         self.assertEqual(self.setup(), (0, ""))
@@ -143,11 +151,29 @@ class Setup(unittest.TestCase):
         self.assert_engine_is_whole()
         self.assertEqual(self.setup("--no-tests"), (0, ""))
         status, output = self.setup("--check")
-        self.assertEqual((status, "what they depend on: second\n" in output), (1, True), output)
+        self.assertEqual((status, "what they depend on: second library-new\n" in output), (1, True), output)
 
     def test_engines_only_installs_no_compiler(self):
         self.assertEqual(self.setup("--engines-only")[0], 0)
         self.assertEqual((self.fake / "installed").read_text(), "authority\n")
+
+    def test_an_engine_that_a_package_has_is_fetched_only_by_its_name(self):
+        write_program(self.fake / "apt-cache", '#!/bin/bash\n[[ ${@: -1} == toy-dev ]]\n')
+        status, output = self.setup()
+        self.assertEqual(status, 0, output)
+        self.assertIn("toy-dev", (self.fake / "installed").read_text().splitlines())
+        self.assertNotIn("npm", self.calls())
+        self.assertEqual(self.setup(), (0, ""))
+        self.assertEqual(self.setup("--engines-only"), (0, ""))
+        self.assertFalse(self.engine.exists())
+        self.assertEqual(self.setup("--engine", "toy")[0], 0)
+        self.assert_engine_is_whole()
+
+    def test_an_engine_whose_package_is_not_to_be_installed_is_fetched(self):
+        write_program(self.fake / "apt-cache", '#!/bin/bash\n[[ ${@: -1} == toy-dev ]]\n')
+        self.assertEqual(self.setup("--engines-only")[0], 0)
+        self.assertEqual((self.fake / "installed").read_text(), "authority\n")
+        self.assert_engine_is_whole()
 
     def test_engines_dir_can_be_elsewhere(self):
         elsewhere = self.root / "else where"
@@ -188,7 +214,7 @@ class Setup(unittest.TestCase):
         self.assertEqual(status, 1)
         self.assertIn("the packages could not be installed", output)
         self.assertIn("Is there a network?", output)
-        (self.fake / "installed").write_text("first\nsecond\nauthority\n")
+        (self.fake / "installed").write_text("first\nsecond\nlibrary-new\nauthority\n")
         status, output = self.setup()
         self.assertEqual(status, 1)
         self.assertIn("cannot fetch toy 1.0", output)
@@ -332,6 +358,7 @@ touch "../weir_${version}_all.deb" "../libweir0_${version}_$(dpkg --print-archit
 """,
         "dpkg-deb": "#!/bin/sh\n",
         "dpkg-deb": "#!/bin/sh\n",
+        "pkg-config": "#!/bin/bash\n[[ -e $FAKE/onnxruntime ]]\n",
         "gpg": """#!/bin/bash
 [[ "$*" != *unknown* ]] || exit 2
 [[ "$*" != *--export* ]] || printf 'BEGIN KEY\\n\\nabc\\n'
@@ -431,8 +458,11 @@ while (($#)); do [[ $1 != --output ]] || echo signed > "$2"; shift; done
             self.assertIn("build-dep --yes", (self.root / "calls").read_text())
         else:
             self.assertRegex(self.refused(), "libfrob-dev\n +sudo apt-get build-dep")
+        (self.root / "missing").unlink()
         shutil.rmtree(self.checkout / ".engines" / "onnxruntime")
         self.assertIn("tools/setup --engine onnxruntime", self.refused())
+        (self.root / "onnxruntime").touch()
+        self.assertEqual(self.call().returncode, 0, "ONNX Runtime is a package of this release")
 
 
 class CountTests(unittest.TestCase):

@@ -78,6 +78,20 @@ class EngineLibraries(Case):
         self.assertIn("version 1.11.1 is too old", engine["problem"])
 
     @unittest.skipUnless(built("onnxruntime"), "the engine onnxruntime is not built")
+    def test_an_onnx_runtime_of_the_system(self):
+        path = pathlib.Path(self.doctor("onnxruntime")["library"])
+        if path.parts[-3] == "onnxruntime":
+            self.skipTest("the module was built for the fetched library")
+        folder = self.library(path.name, "int nothing;")
+        error = self.error(MODEL, LD_LIBRARY_PATH=str(folder))
+        self.assertEqual((error["id"], error["offered"]), ("WEIR-3002", f"{folder}/{path.name}: no symbol OrtGetApiBase"))
+        self.assertEqual(error["fix"], f"apt-get install --reinstall {path.name.replace('.so.', '')}")
+        (folder / path.name).write_text("no library")
+        self.assertIn("exists but cannot be loaded", self.error(MODEL, LD_LIBRARY_PATH=str(folder))["what"])
+        self.library("onnxruntime/lib/libonnxruntime.so.1", "int nothing;")
+        self.assertIn(f"{self.folder}/onnxruntime/lib/libonnxruntime.so.1: ", self.error(MODEL, WEIR_ENGINES_DIR=str(self.folder))["offered"])
+
+    @unittest.skipUnless(built("onnxruntime"), "the engine onnxruntime is not built")
     def test_onnx_runtime_sends_no_telemetry(self):
         """From 1.29 on, it stores a machine number and reports opened models, unless a variable indicates a CI run."""
         kept = ("PATH", "LD_", "GST_", "WEIR_", "ASAN_", "LSAN_", "UBSAN_")
@@ -145,7 +159,7 @@ class EngineLibraries(Case):
             self.assertEqual((error["id"], error["what"]), ("WEIR-3002", "the Python on this machine cannot be used"))
             self.assertEqual(error["offered"], f"{folder}/libpython.so: Python {version} is not supported")
             self.assertEqual((error["needed"], error["fix"]),
-                             ("libpython3, version 3.9 or later", "apt-get install libpython3.11 python3-numpy"))
+                             ("libpython3, version 3.9 or later", "apt-get install libpython3-dev python3-numpy"))
         self.library("libpython.so", 'const char* Py_GetVersion(void) { return "3.11.2"; }')
         self.assertIn("a library without Py", self.error(PYTHON, WEIR_PYTHON_LIBRARY=f"{folder}/libpython.so")["offered"])
 

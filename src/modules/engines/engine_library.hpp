@@ -8,23 +8,25 @@
 
 namespace weir::engine {
 
-// Where to search the libraries of the engine `name`: in WEIR_ENGINES_DIR when that is set,
+// Where to search the fetched libraries of the engine `name`: in WEIR_ENGINES_DIR when that is set,
 // otherwise in the folder `engines` beside the module's own. `make install` and packages fill it;
 // in the build folder it is a link to what tools/setup fetched. The file is NAME/lib/FILE in it.
 std::vector<std::string> library_folders(const std::string& name);
-
-// The command for an error about the library of the engine `name`.
-std::string library_install_command(const std::string& name);
 
 class EngineLibrary {
  public:
   // Loads the first existing library of `files`. It stays loaded until the process exits, because
   // engines keep threads and static objects. ENGINE_NOT_INSTALLED when it is missing or cannot be
   // loaded; `title` is the engine's name in error texts.
+  // `soname` is set when the module was built for a library of the system: then that library is
+  // loaded, unless WEIR_ENGINES_DIR has one of `files`.
   static Result<EngineLibrary> open(const std::string& name, const std::string& title,
-                                    const std::vector<std::string>& files);
+                                    const std::vector<std::string>& files,
+                                    const std::string& soname = {});
 
   const std::string& path() const noexcept { return path_; }
+  // The command for an error about this library.
+  const std::string& install_command() const noexcept { return install_command_; }
   // Returns null when the library lacks the symbol.
   template <class Function>
   Function symbol(const char* name) const noexcept {
@@ -32,11 +34,14 @@ class EngineLibrary {
   }
 
  private:
-  EngineLibrary(std::string path, void* handle) : path_(std::move(path)), handle_(handle) {}
+  EngineLibrary(void* handle, std::string install_command);
+  // `file` is a path or a soname.
+  static Result<EngineLibrary> load(const std::string& file, const std::string& title,
+                                    const std::string& install_command);
   void* address(const char* name) const noexcept;
 
-  std::string path_;
   void* handle_;  // from dlopen, never closed
+  std::string path_, install_command_;
 };
 
 }  // namespace weir::engine

@@ -60,6 +60,42 @@ TEST_F(EngineLibraryPlaces, AFileThatIsNotALibraryIsReportedAsExisting) {
   EXPECT_SAYS(library.error().what, "exists but cannot be loaded");
 }
 
+TEST_F(EngineLibraryPlaces, ALibraryOfTheSystemIsLoadedByItsSoname) {
+  for (const auto& chosen : {std::string(), folder_.path("")}) {
+    set(chosen);
+    const auto library = EngineLibrary::open("frob", "Frob", {"libfrob.so"}, "libm.so.6");
+    ASSERT_TRUE(library) << library.error().message();
+    EXPECT_TRUE(library->path().starts_with("/") && library->path().ends_with("/libm.so.6"));
+    EXPECT_EQ(library->install_command(), "apt-get install --reinstall libm6");
+  }
+}
+
+TEST_F(EngineLibraryPlaces, AFetchedLibraryThatTheUserChoseWinsOverThatOfTheSystem) {
+  set(folder_.path(""));
+  const auto of_system = EngineLibrary::open("frob", "Frob", {"libfrob.so"}, "libm.so.6");
+  ASSERT_TRUE(of_system);
+  const std::string fetched = folder_.path("frob/lib/libfrob.so");
+  std::filesystem::create_directories(folder_.path("frob/lib"));
+  std::filesystem::copy_file(of_system->path(), fetched);
+  const auto library = EngineLibrary::open("frob", "Frob", {"libfrob.so"}, "libm.so.6");
+  ASSERT_TRUE(library) << library.error().message();
+  EXPECT_EQ(library->path(), fetched);
+  EXPECT_EQ(library->install_command(), "tools/setup --engine frob");
+}
+
+TEST_F(EngineLibraryPlaces, AMissingLibraryOfTheSystemIsReportedWithItsPackage) {
+  for (const auto& chosen : {std::string(), folder_.path("")}) {
+    set(chosen);
+    const auto library = EngineLibrary::open("frob", "Frob", {"libfrob.so"}, "libfrob.so.1.21");
+    ASSERT_FALSE(library);
+    EXPECT_EQ(library.error().code, Code::ENGINE_NOT_INSTALLED);
+    EXPECT_EQ(library.error().what, "Frob is not installed");
+    EXPECT_SAYS(library.error().offered, "libfrob.so.1.21");
+    EXPECT_SAYS(library.error().needed, "WEIR_ENGINES_DIR");
+    EXPECT_EQ(library.error().fix, "apt-get install --reinstall libfrob1.21");
+  }
+}
+
 TEST_F(EngineLibraryPlaces, AMissingSymbolIsNull) {
   for (const auto* name : {"libonnxruntime.so.1", "libtensorflowlite_c.so"}) {
     set(std::filesystem::canonical("/proc/self/exe").parent_path() / "engines");

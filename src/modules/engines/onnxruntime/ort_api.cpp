@@ -95,14 +95,14 @@ Result<std::shared_ptr<const OrtRuntime>> OrtRuntime::instance() {
 
 Result<std::shared_ptr<const OrtRuntime>> OrtRuntime::load() {
   auto library = EngineLibrary::open("onnxruntime", "ONNX Runtime",
-                                     {"libonnxruntime.so.1", "libonnxruntime.so"});
+                                     {"libonnxruntime.so.1", "libonnxruntime.so"}, WEIR_ORT_SONAME);
   if (!library) return library.error();
   const auto unusable = [&](const std::string& offered) {
     return Error{.code = Code::ENGINE_NOT_INSTALLED,
                  .what = "the library of ONNX Runtime cannot be used",
                  .offered = library->path() + ": " + offered,
                  .needed = "ONNX Runtime with C API " + std::to_string(ORT_API_VERSION),
-                 .fix = engine::library_install_command("onnxruntime")};
+                 .fix = library->install_command()};
   };
   using GetBase = const OrtApiBase*(ORT_API_CALL*)();
   const auto get_base = library->symbol<GetBase>("OrtGetApiBase");

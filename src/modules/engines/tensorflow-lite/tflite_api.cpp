@@ -19,12 +19,12 @@ bool is_recent(std::string_view version) {
   return numbers[0] == 2 && numbers[1] >= 9;
 }
 
-Error not_usable(std::string offered) {
+Error not_usable(const EngineLibrary& library, const std::string& offered) {
   return {.code = Code::ENGINE_NOT_INSTALLED,
           .what = "the library of TensorFlow Lite cannot be used",
-          .offered = std::move(offered),
+          .offered = library.path() + ": " + offered,
           .needed = "the C library of TensorFlow Lite 2.9 or a later 2.x",
-          .fix = engine::library_install_command("tensorflow-lite")};
+          .fix = library.install_command()};
 }
 
 }  // namespace
@@ -68,10 +68,10 @@ Result<std::unique_ptr<const TfliteApi>> TfliteApi::load() {
   want(&api->invoke, "TfLiteInterpreterInvoke");
   want(&api->copy_from, "TfLiteTensorCopyFromBuffer");
   want(&api->quantization, "TfLiteTensorQuantizationParams");
-  if (!missing.empty()) return not_usable(library->path() + ": no symbol " + missing);
+  if (!missing.empty()) return not_usable(*library, "no symbol " + missing);
   if (!is_recent(text_or_empty(api->version())))
-    return not_usable(library->path() + ": version " + std::string(text_or_empty(api->version())) +
-                      " is not supported");
+    return not_usable(
+        *library, "version " + std::string(text_or_empty(api->version())) + " is not supported");
   want(&api->modify_graph, "TfLiteInterpreterModifyGraphWithDelegate");
   want(&api->reset_variables, "TfLiteInterpreterResetVariableTensors");
   want(&api->xnnpack_create, "TfLiteXNNPackDelegateCreate");
