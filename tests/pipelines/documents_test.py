@@ -99,7 +99,9 @@ def missing(command):
         return "LuaJIT"
     if "tensor_overlay" in command and "labels=" in command and os.environ["WEIR_TEXT"] != "true":
         return "Pango, when this was built"
-    if ".py" in command and not (ctypes.util.find_library("python3.11") and importlib.util.find_spec("numpy")):
+    if "objectdetectionoverlay" in command and subprocess.run(["gst-inspect-1.0", "--exists", "objectdetectionoverlay"], check=False).returncode != 0:
+        return "objectdetectionoverlay of GStreamer 1.24 or later"
+    if ".py" in command and not (ctypes.util.find_library("python%d.%d" % sys.version_info[:2]) and importlib.util.find_spec("numpy")):
         return "Python as a library, or NumPy"
     return None
 

@@ -11,7 +11,7 @@
 namespace weir::python {
 namespace {
 
-// Debian 12's Python first, because Debian's NumPy is built for it.
+// The Pythons of Debian 12 and 13 first, because Debian's NumPy is built for them.
 constexpr const char* kLibraries[] = {"libpython3.11.so.1.0", "libpython3.13.so.1.0",
                                       "libpython3.12.so.1.0", "libpython3.10.so.1.0",
                                       "libpython3.9.so.1.0"};
@@ -21,7 +21,7 @@ Error not_installed(std::string offered) {
           .what = "Python is not installed as a library",
           .offered = std::move(offered),
           .needed = "libpython3, version 3.9 or later",
-          .fix = "apt-get install libpython3.11 python3-numpy"};
+          .fix = "apt-get install libpython3-dev python3-numpy"};
 }
 
 // RTLD_GLOBAL, because extension modules resolve Python's functions in the process.

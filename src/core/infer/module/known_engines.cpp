@@ -36,7 +36,7 @@ constexpr std::array kEngines{
     KnownEngine{"darknet", "", "weights,cfg", kOpencvInstall},
     KnownEngine{"python3", "python", "py",
                 install_command("apt-get install gstreamer1.0-weir-python3",
-                                "apt-get install libpython3.11 python3-numpy && make build")},
+                                "apt-get install libpython3-dev python3-numpy && make build")},
     KnownEngine{"lua", "", "lua",
                 install_command("apt-get install gstreamer1.0-weir libluajit-5.1-2",
                                 "apt-get install libluajit-5.1-2 && make build")},

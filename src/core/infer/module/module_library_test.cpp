@@ -247,7 +247,7 @@ TEST_F(ModuleLibraryTest, DecodersAndConvertersThatAreMissingComeWithTheirInstal
   EXPECT_SAYS(library_.decoder("flexbuf").error().message(),
               "fix: apt-get install libflatbuffers-dev");
   EXPECT_SAYS(library_.converter("python3").error().message(),
-              "fix: apt-get install libpython3.11");
+              "fix: apt-get install libpython3-dev");
   EXPECT_SAYS(library_.converter("onnxruntime").error().message(),
               "fix: gst-inspect-1.0 tensor_converter");
 }

@@ -201,7 +201,7 @@ TEST(Python3Missing, IsReportedWithTheCommandThatInstallsIt) {
         std::_Exit(0);
       },
       testing::ExitedWithCode(0),
-      "WEIR-3002: Python is not installed as a library(.|\n)*apt-get install libpython3.11");
+      "WEIR-3002: Python is not installed as a library(.|\n)*apt-get install libpython3-dev");
 }
 
 TEST(Python3WithoutNumpy, IsReportedWithTheCommandThatInstallsIt) {

@@ -174,7 +174,7 @@ Status flatten(const IValue& value, std::vector<at::Tensor>* out) {
   if (value.isTensor()) {
     if (value.toTensor().defined()) out->push_back(dense(value.toTensor()));
   } else if (value.isTensorList()) {
-    for (const at::Tensor& tensor : value.toTensorList()) out->push_back(dense(tensor));
+    for (const auto& tensor : value.toTensorVector()) out->push_back(dense(tensor));
   } else if (value.isTuple()) {
     for (const auto& part : value.toTupleRef().elements())
       if (auto status = flatten(part, out); !status) return status;
