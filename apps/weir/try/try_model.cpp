@@ -151,9 +151,9 @@ Result<heads::Reading> find_reading(const heads::ModelSignature& facts, const st
   if (!tasks) return tasks.error();
   if (!head.empty()) {
     const uint32_t allowed = mode.empty() ? ~0U : *tasks;
-    const heads::Family& family = heads::family_named(head, allowed, "--head ");
+    const heads::Family* family = &heads::family_named(head, allowed, "--head ");
     for (const auto& [name, task] : heads::kReadingModes)
-      if (family.tasks & allowed & task) return heads::Reading{name, &family};
+      if (family->tasks & allowed & task) return heads::Reading{name, family};
   }
   const auto readings = heads::list_readings(facts, *tasks);
   const auto best = heads::likely(readings, facts);

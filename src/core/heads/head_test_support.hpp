@@ -116,7 +116,7 @@ inline HeadResult run_head(const std::vector<TestOutput>& outputs, const HeadSet
   HeadResult out;
   try {
     const ModelSignature facts = facts_of(outputs, setup);
-    const Family& family =
+    const Family family =
         setup.head.empty() ? recognise(facts, setup.tasks) : family_named(setup.head, setup.tasks);
     out.family = family.name;
     const auto head = family.open(facts, {.threshold = setup.threshold, .custom = setup.custom});

@@ -74,7 +74,7 @@ TEST(RecordText, StringsAreJsonWhateverTheBytes) {
             "a\xEF\xBF\xBDz\xEF\xBF\xBD\xEF\xBF\xBD\xEF\xBF\xBD\xEF\xBF\xBD\xEF\xBF\xBD");
   std::string all;
   for (int c = 0; c < 256; ++c) all.push_back(static_cast<char>(c));
-  EXPECT_NO_THROW(nlohmann::json::parse(text(append_json_string, all)));
+  EXPECT_TRUE(nlohmann::json::accept(text(append_json_string, all)));
 }
 
 }  // namespace record_text_test

@@ -82,7 +82,7 @@ TEST(TorchWork, IsUnknownWhereShapesAreOpen) {
   work.add({.from = {0}, .multiplications = 1});
   weir_tensor_info unknown = shape({});
   unknown.rank = WEIR_RANK_UNKNOWN;
-  for (const auto& info : {shape({1, -1}), unknown})
+  for (const auto& info : std::vector{shape({1, -1}), unknown})
     EXPECT_EQ(work.estimate(std::vector{info}).operators, 0u);
   EXPECT_EQ(work.estimate({}).operators, 0u) << "another number of inputs";
 }

@@ -85,7 +85,8 @@ bool is_out_of_memory(const OrtFailure& failure) {
 
 Result<std::shared_ptr<const OrtRuntime>> OrtRuntime::instance() {
   static std::mutex mutex;  // guards `runtime`
-  static std::shared_ptr<const OrtRuntime> runtime;
+  // Never released: when the process ends, static objects of the library may be gone already.
+  static auto& runtime = *new std::shared_ptr<const OrtRuntime>;
   const std::lock_guard lock(mutex);
   if (runtime) return runtime;
   auto loaded = load();  // retries a missing library: it may have been installed since
