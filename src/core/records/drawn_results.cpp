@@ -86,11 +86,11 @@ const SourceMap* find_map(size_t tensor, std::span<const SourceMap> maps) {
 // A grid over the part of the picture that tensor `tensor` covers, upright: `get_value` gives the
 // value of an element; outside of the tensor it is 0.
 template <class ValueOf>
-draw::ClassMap map_over(Size size, size_t tensor, std::span<const SourceMap> maps,
-                        const draw::Detections& drawn, const ValueOf& get_value) {
+draw::ClassMap map_over(Size size, size_t tensor, std::span<const SourceMap> maps, Size picture,
+                        const ValueOf& get_value) {
   draw::ClassMap out;
-  out.x2 = drawn.picture_width > 0 ? drawn.picture_width : kWhole;
-  out.y2 = drawn.picture_height > 0 ? drawn.picture_height : kWhole;
+  out.x2 = picture.width > 0 ? picture.width : kWhole;
+  out.y2 = picture.height > 0 ? picture.height : kWhole;
   const SourceMap* map = find_map(tensor, maps);
   const Box whole =
       map ? Box{0, 0, static_cast<float>(map->width), static_cast<float>(map->height)} : Box{};
@@ -118,21 +118,14 @@ draw::ClassMap map_over(Size size, size_t tensor, std::span<const SourceMap> map
   return out;
 }
 
-draw::ClassMap make_class_map(const ClassMapView& view, std::span<const SourceMap> maps,
-                              const draw::Detections& drawn) {
-  return map_over({view.width, view.height}, view.tensor, maps, drawn,
-                  [&](size_t i) { return static_cast<uint16_t>(view.at(i)); });
-}
-
 // The least depth of the frame is level 0, the greatest one level 255.
-draw::ClassMap make_levels(const DepthView& view, std::span<const SourceMap> maps,
-                           const draw::Detections& drawn) {
+draw::ClassMap make_levels(const DepthView& view, std::span<const SourceMap> maps, Size picture) {
   constexpr double kLevels = 255;
   const SourceMap* map = find_map(view.tensor, maps);
   const DepthRange range = range_of_depths(view, map ? std::optional(*map) : std::nullopt);
   const double span = double{range.max} - range.min;
   draw::ClassMap out =
-      map_over({view.width, view.height}, view.tensor, maps, drawn, [&](size_t i) -> uint16_t {
+      map_over({view.width, view.height}, view.tensor, maps, picture, [&](size_t i) -> uint16_t {
         const double depth = view.at(i);
         if (!(span > 0) || !std::isfinite(depth)) return 0;
         const double part = std::clamp((depth - range.min) / span, 0.0, 1.0);
@@ -143,6 +136,12 @@ draw::ClassMap make_levels(const DepthView& view, std::span<const SourceMap> map
 }
 
 }  // namespace
+
+draw::ClassMap make_class_map(const ClassMapView& view, std::span<const SourceMap> maps,
+                              Size picture) {
+  return map_over({view.width, view.height}, view.tensor, maps, picture,
+                  [&](size_t i) { return static_cast<uint16_t>(view.at(i)); });
+}
 
 draw::Detections drawn_results(const ResultReader& reader, const ResultFrame& frame,
                                std::span<const SourceMap> maps) {
@@ -163,9 +162,11 @@ draw::Detections drawn_results(const ResultReader& reader, const ResultFrame& fr
     out.rows.push_back(make_detection(reader, frame, object, &out));
     add_points(frame, object, &out);
   }
+  const Size picture{out.picture_width, out.picture_height};
   for (const ClassMapView& view : frame.class_maps)
-    out.class_maps.push_back(make_class_map(view, maps, out));
-  for (const DepthView& view : frame.depths) out.class_maps.push_back(make_levels(view, maps, out));
+    out.class_maps.push_back(make_class_map(view, maps, picture));
+  for (const DepthView& view : frame.depths)
+    out.class_maps.push_back(make_levels(view, maps, picture));
   for (const ZoneCount& count : frame.zone_counts) {
     if (count.class_index >= 0 || count.zone >= zone::kZoneLimit) continue;
     if (out.zone_totals.size() <= count.zone) out.zone_totals.resize(count.zone + 1);

@@ -5,6 +5,7 @@
 
 #include "core/draw/detections.hpp"
 #include "core/records/result_frame.hpp"
+#include "core/tensor/geometry.hpp"
 #include "weir/source_map.hpp"
 
 namespace weir::records {
@@ -14,5 +15,10 @@ namespace weir::records {
 // whole picture. Sources of names are those of the reader.
 draw::Detections drawn_results(const ResultReader& reader, const ResultFrame& frame,
                                std::span<const SourceMap> maps);
+
+// Over an upright part of the picture; of a map that is turned, the part around it. Without a
+// source map, over all of the picture, whose sides may be unknown (0).
+draw::ClassMap make_class_map(const ClassMapView& view, std::span<const SourceMap> maps,
+                              Size picture);
 
 }  // namespace weir::records

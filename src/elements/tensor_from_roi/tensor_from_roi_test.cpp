@@ -8,6 +8,7 @@
 
 #include "core/tensor/tensor_header.hpp"
 #include "elements/tests/element_test_support.hpp"
+#include "gstcpp/buffer/analytics_meta.hpp"
 #include "gstcpp/buffer/tensor_meta.hpp"
 
 namespace weir {
@@ -139,6 +140,14 @@ TEST(TensorFromRoi, TheSourceMapIsThatOfThePicture) {
   ASSERT_EQ(maps.size(), 1u);
   EXPECT_EQ(maps[0].source_width, 64u);
   EXPECT_EQ(maps[0].source_height, 48u);
+}
+
+TEST(TensorFromRoi, RefusesMasksAndClassMapsThatGstreamerDoesNotHave) {
+  if (gst::kHasSegmentation) GTEST_SKIP() << "this GStreamer has segmentation";
+  for (const char* setting : {"masks=true", "class-map=true"})
+    EXPECT_SAYS(start_error(std::string("tensor_from_roi ") + setting),
+                std::string("WEIR-1004: ") + setting + " needs segmentation as metadata");
+  EXPECT_EQ(start_error("tensor_from_roi masks=false class-map=false"), "");  // the fix
 }
 
 TEST(TensorFromRoi, RefusesLabelsThatDoNotExist) {

@@ -1,28 +1,18 @@
 // RoiResultsPad: the sink pad for results that become regions of pictures.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
+#include <span>
 #include <string>
 #include <vector>
 
 #include "core/records/record_writer.hpp"
-#include "gstcpp/buffer/region_meta.hpp"
+#include "gstcpp/buffer/picture_results.hpp"
 #include "gstcpp/pads/paired_tensors.hpp"
 
 namespace weir {
 
-// Something that belongs to a region: a label, or a text.
-struct RegionLabel {
-  size_t region = 0;
-  bool is_text = false;
-  std::string text, model;
-  int32_t class_index = -1;
-  float score = 0;
-};
-
 // The results of one frame.
-struct RegionResults {
-  std::vector<gst::PictureRegion> regions;
-  std::vector<RegionLabel> labels;
+struct RegionResults : gst::PictureResults {
   // The size of the picture that coordinates refer to; 0: the picture that gets the regions.
   uint32_t width = 0, height = 0;
 };
@@ -42,6 +32,9 @@ class RoiResultsPad final : public gst::PairedTensors<RegionResults> {
   void set_labels(const records::LabelsBySource& labels) override;
   void add_object(const records::ResultFrame& frame, const records::ResultObject& object,
                   std::vector<int32_t>* region_of, RegionResults* out);
+  gst::Segmentation read_class_map(const records::ClassMapView& view,
+                                   std::span<const SourceMap> maps) const;
+  const records::Labels& labels() const noexcept;
 
   records::Labels labels_, labels_of_stream_;  // those of the user count, if there are any
   float threshold_ = 0;

@@ -2,8 +2,13 @@
 // interest.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <atomic>
+#include <map>
+#include <optional>
+#include <vector>
 
 #include "elements/tensor_to_roi/roi_results_pad.hpp"
+#include "gstcpp/buffer/analytics_meta.hpp"
+#include "gstcpp/buffer/region_meta.hpp"
 #include "gstcpp/buffer/tensor_caps.hpp"
 #include "gstcpp/pads/paired_transform.hpp"
 #include "weir/module.hpp"
@@ -21,7 +26,7 @@ class TensorToRoi : public gst::PairedTransform<TensorToRoi, RoiResultsPad> {
  public:
   static constexpr gst::ElementInfo kInfo{
       "WeirTensorToRoi", "tensor_to_roi", "TensorToRoi", "Filter/Editor/Video",
-      "Attaches results to video as GstVideoRegionOfInterestMeta"};
+      "Attaches results to video as GstVideoRegionOfInterestMeta and GstAnalyticsRelationMeta"};
   static inline GstStaticPadTemplate kPads[] = {
       GST_STATIC_PAD_TEMPLATE("sink", GST_PAD_SINK, GST_PAD_ALWAYS,
                               GST_STATIC_CAPS(WEIR_ANY_VIDEO)),
@@ -61,8 +66,15 @@ class TensorToRoi : public gst::PairedTransform<TensorToRoi, RoiResultsPad> {
 
   Status start() {
     ledger_.reset();
-    regions_ = outside_ = 0;
+    regions_ = outside_ = left_out_ = 0;
+    first_seen_.clear();
     return ok();
+  }
+  // Numbers of tracks start again with a stream, and after a seek.
+  gboolean sink_event(GstEvent* event) {
+    const auto type = GST_EVENT_TYPE(event);
+    if (type == GST_EVENT_STREAM_START || type == GST_EVENT_FLUSH_STOP) first_seen_.clear();
+    return Paired::sink_event(event);
   }
   Status start_results(const Settings& s) {
     try {
@@ -90,8 +102,8 @@ class TensorToRoi : public gst::PairedTransform<TensorToRoi, RoiResultsPad> {
       ledger_.dropped(DropReason::Flush);
       return GST_FLOW_FLUSHING;
     }
-    if (found_ && !found_->regions.empty() && !gst_buffer_is_writable(in))
-      *out = gst_buffer_copy(in);
+    const bool adds = found_ && (gst::kHasAnalytics || !found_->regions.empty());
+    if (adds && !gst_buffer_is_writable(in)) *out = gst_buffer_copy(in);
     return GST_FLOW_OK;
   }
 
@@ -103,7 +115,8 @@ class TensorToRoi : public gst::PairedTransform<TensorToRoi, RoiResultsPad> {
 
   void add_stats(GstStructure* stats) const {
     gst_structure_set(stats, "regions-attached", G_TYPE_UINT64, regions_.load(), "regions-outside",
-                      G_TYPE_UINT64, outside_.load(), nullptr);
+                      G_TYPE_UINT64, outside_.load(), "analytics-left-out", G_TYPE_UINT64,
+                      left_out_.load(), nullptr);
     results_.add_stats(stats);
   }
 
@@ -114,23 +127,76 @@ class TensorToRoi : public gst::PairedTransform<TensorToRoi, RoiResultsPad> {
     const bool is_scaled = found.width > 0 && found.height > 0;
     const double x = is_scaled ? double(width_) / found.width : 1;
     const double y = is_scaled ? double(height_) / found.height : 1;
+    std::vector<gst::PictureRegion> regions;
+    for (const auto& region : found.regions) regions.push_back(scaled(region, x, y));
+    if constexpr (gst::kHasAnalytics) add_analytics(found, &regions, buffer);
     int id = gst::next_region_id(buffer);
     std::vector<GstVideoRegionOfInterestMeta*> metas;
-    for (const auto& region : found.regions) {
+    for (const auto& region : regions) {
       const auto* parent = region.parent >= 0 ? metas[static_cast<size_t>(region.parent)] : nullptr;
-      metas.push_back(gst::add_region(buffer, scaled(region, x, y), width_, height_, id,
-                                      parent ? parent->id : 0));
+      metas.push_back(
+          gst::add_region(buffer, region, width_, height_, id, parent ? parent->id : 0));
       ++(metas.back() ? regions_ : outside_);
       id += metas.back() != nullptr;
     }
     add_labels(found, metas);
   }
 
+  // Gives the regions the ids of their entries.
+  void add_analytics(const RegionResults& found, std::vector<gst::PictureRegion>* regions,
+                     GstBuffer* buffer) {
+    const GstClockTime now = GST_BUFFER_PTS(buffer);
+    gst::AnalyticsWriter out(buffer, found, {width_, height_});
+    std::vector<gst::AnalyticsWriter::Object> objects;
+    for (auto& region : *regions) objects.push_back(add_object(&region, objects, now, &out));
+    for (const auto& label : found.labels)
+      if (!label.is_text) add_analytics_label(label, *regions, objects, &out);
+    for (auto map : found.class_maps) {
+      map.box = scaled(map.box, width_, height_);
+      if (map.mask) out.add_class_map(map);
+    }
+    left_out_ += out.left_out();
+  }
+
+  gst::AnalyticsWriter::Object add_object(gst::PictureRegion* region,
+                                          const std::vector<gst::AnalyticsWriter::Object>& objects,
+                                          GstClockTime now, gst::AnalyticsWriter* out) {
+    if (!gst::is_inside(region->box, width_, height_)) return std::nullopt;
+    const bool has_parent = region->parent >= 0;
+    const auto object = out->add_object(
+        *region, has_parent ? objects[static_cast<size_t>(region->parent)] : std::nullopt);
+    if (object) region->analytics_id = *object;
+    if (region->track > 0)
+      out->add_track(object, region->track, first_seen(region->track, now), now);
+    if (region->mask.mask) out->add_mask(object, region->mask);
+    return object;
+  }
+  void add_analytics_label(const gst::RegionLabel& label,
+                           const std::vector<gst::PictureRegion>& regions,
+                           const std::vector<gst::AnalyticsWriter::Object>& objects,
+                           gst::AnalyticsWriter* out) const {
+    const auto region = static_cast<size_t>(std::max(label.region, 0));
+    if (label.region < 0)
+      out->add_picture_label(label.text, label.score);
+    else if (gst::is_inside(regions[region].box, width_, height_))
+      out->add_label(objects[region], label.text, label.score);
+  }
+
+  // Trackers count upwards: the lowest numbers are those of the oldest tracks.
+  GstClockTime first_seen(uint32_t track, GstClockTime now) {
+    constexpr size_t kMaxTracks = 10000;
+    if (!GST_CLOCK_TIME_IS_VALID(now)) return now;
+    const auto [seen, is_new] = first_seen_.try_emplace(track, now);
+    const GstClockTime first = std::min(seen->second, now);
+    if (is_new && first_seen_.size() > kMaxTracks) first_seen_.erase(first_seen_.begin());
+    return first;
+  }
+
   // A region outside of the picture has no meta.
   static void add_labels(const RegionResults& found,
                          const std::vector<GstVideoRegionOfInterestMeta*>& metas) {
     for (const auto& label : found.labels) {
-      auto* meta = metas[label.region];
+      auto* meta = label.region >= 0 ? metas[static_cast<size_t>(label.region)] : nullptr;
       if (!meta) continue;
       if (label.is_text)
         gst::add_region_text(meta, label.text, label.score, label.model);
@@ -142,15 +208,20 @@ class TensorToRoi : public gst::PairedTransform<TensorToRoi, RoiResultsPad> {
     const auto times = [](float* number, double factor) {
       *number = static_cast<float>(*number * factor);
     };
-    times(&region.box.x1, x), times(&region.box.x2, x);
-    times(&region.box.y1, y), times(&region.box.y2, y);
+    region.box = scaled(region.box, x, y);
+    region.mask.box = scaled(region.mask.box, x, y);
     for (auto& point : region.points) times(&point.x, x), times(&point.y, y);
     return region;
+  }
+  static Box scaled(const Box& box, double x, double y) {
+    return {static_cast<float>(box.x1 * x), static_cast<float>(box.y1 * y),
+            static_cast<float>(box.x2 * x), static_cast<float>(box.y2 * y)};
   }
 
   // Used by the streaming thread of the pictures.
   uint32_t width_ = 0, height_ = 0;
-  std::atomic<uint64_t> regions_{0}, outside_{0};
+  std::map<uint32_t, GstClockTime> first_seen_;  // of each track
+  std::atomic<uint64_t> regions_{0}, outside_{0}, left_out_{0};
 };
 
 }  // namespace

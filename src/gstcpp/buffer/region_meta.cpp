@@ -76,6 +76,8 @@ void add_weir_parameter(Meta* meta, const PictureRegion& region) {
   set_numbers(out, "box", {{part_x(box.x1), part_y(box.y1), part_x(box.x2), part_y(box.y2)}});
   if (region.rotation != 0)
     gst_structure_set(out, "rotation", G_TYPE_DOUBLE, double{region.rotation}, nullptr);
+  if (region.analytics_id >= 0)
+    gst_structure_set(out, "analytics", G_TYPE_INT, static_cast<int>(region.analytics_id), nullptr);
   std::vector<double> points;
   for (const auto& point : region.points)
     for (const double number : {part_x(point.x), part_y(point.y), double{point.score}})
@@ -122,6 +124,7 @@ PictureRegion make_region(Meta* meta, uint32_t width, uint32_t height) {
   out.class_index = std::max(get_integer(detection, "label_id").value_or(-1), -1);
   out.track = static_cast<uint32_t>(std::max(get_integer(object, "id").value_or(0), 0));
   out.rotation = static_cast<float>(get_number(weir, "rotation").value_or(0));
+  out.analytics_id = get_integer(weir, "analytics").value_or(-1);
   const auto points = get_numbers(weir, "keypoints");
   for (size_t i = 0; i + 3 <= points.size(); i += 3)
     out.points.push_back({static_cast<float>(meta->x + points[i] * meta->w),
@@ -141,6 +144,11 @@ int next_region_id(GstBuffer* buffer) {
              buffer, &state, GST_VIDEO_REGION_OF_INTEREST_META_API_TYPE))
     id = std::max(id, reinterpret_cast<Meta*>(meta)->id);
   return id < G_MAXINT ? id + 1 : 1;
+}
+
+bool is_inside(const Box& box, uint32_t width, uint32_t height) {
+  const Rect at = around(box, width, height);
+  return at.width > 0 && at.height > 0;
 }
 
 Meta* add_region(GstBuffer* buffer, const PictureRegion& region, uint32_t width, uint32_t height,

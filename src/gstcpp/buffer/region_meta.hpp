@@ -4,7 +4,8 @@
 //   detection   label_id (int), confidence and score (double), model_name (string), x_min, y_min,
 //               x_max, y_max (double): parts of the picture's width and height
 //   object_id   id (int): the track
-//   weir        box and keypoints (arrays of double), rotation (double): see region_meta.cpp
+//   weir        box and keypoints (arrays of double), rotation (double): see region_meta.cpp;
+//               analytics (int): the id of the object in GstAnalyticsRelationMeta
 // DL Streamer writes and reads detection and object_id.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
@@ -13,22 +14,12 @@
 #include <string>
 #include <vector>
 
-#include "core/results/frame_results.hpp"
+#include "gstcpp/buffer/picture_results.hpp"
 
 namespace weir::gst {
 
-struct PictureRegion {
-  std::string label;
-  Box box{};  // pixels of the picture
-  float score = 1;
-  int32_t class_index = -1;  // -1 = unknown
-  uint32_t track = 0;
-  float rotation = 0;
-  int32_t parent = -1;  // index of another region; -1 = none
-  std::vector<results::KeyPoint> points;
-  std::string model;  // "" = unknown
-};
-
+// Whether a part of the box lies inside the picture.
+bool is_inside(const Box& box, uint32_t width, uint32_t height);
 // Adds a region to a writable buffer of a picture of width * height; the rectangle is the smallest
 // one of whole pixels around the part of the box inside the picture. `id` is above 0; the parent's
 // is 0 for none. Returns null for a box outside of the picture.
