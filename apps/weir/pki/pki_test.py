@@ -45,7 +45,7 @@ class Certificates(Pki):
         for part in ("Version: 3", "ASN1 OID: prime256v1", "ecdsa-with-SHA256", "CA:TRUE, pathlen:0", "Certificate Sign, CRL Sign"):
             self.assertIn(part, text)
         self.assertRegex(text, r"X509v3 Basic Constraints: critical\n")
-        self.assertRegex(text, r"Subject: CN = Weir CA [0-9A-F]{8}\n")
+        self.assertRegex(text, r"Subject: CN ?= ?Weir CA [0-9A-F]{8}\n")
 
     def test_a_certificate_verifies_for_servers_and_clients(self):
         folder = self.authority()
@@ -59,9 +59,10 @@ class Certificates(Pki):
             self.assertEqual(done.returncode, status, f"{name}: {done.stderr}")
         text = self.text_of(certificate)
         self.assertIn("DNS:server.example, IP Address:10.0.0.5, DNS:*.farm.example, IP Address:0:0:0:0:0:0:0:1", text)
-        for part in ("Subject: CN = server.example\n", "ASN1 OID: prime256v1", "CA:FALSE", "Digital Signature\n",
+        for part in ("ASN1 OID: prime256v1", "CA:FALSE", "Digital Signature\n",
                      "TLS Web Server Authentication, TLS Web Client Authentication"):
             self.assertIn(part, text)
+        self.assertRegex(text, r"Subject: CN ?= ?server\.example\n")
 
     def test_it_is_valid_for_90_days_or_as_many_as_asked_for(self):
         folder = self.authority()

@@ -51,11 +51,16 @@ class BrokerCertificates {
 
   static constexpr char kScript[] = R"(cd "$1"
 key='-newkey ec -pkeyopt ec_paramgen_curve:P-256 -nodes'
+# From OpenSSL 3.4 on, -days is 0 or more, and x509 has dates.
+validity() {
+  case $1 in -*) openssl x509 -help 2>&1 | grep -q not_after && echo -not_before 20200101000000Z -not_after 20200102000000Z && return ;; esac
+  echo -days $1
+}
 authority() { openssl req -x509 $key -keyout $1.key -out $1.pem -subj /CN=$1 -days 2; }
 issue() {
   openssl req $key -keyout $1.key -out $1.csr -subj /CN=$1
   echo subjectAltName=$2 > $1.ext
-  openssl x509 -req -in $1.csr -CA $4.pem -CAkey $4.key -CAcreateserial -out $1.pem -extfile $1.ext -days $3
+  openssl x509 -req -in $1.csr -CA $4.pem -CAkey $4.key -CAcreateserial -out $1.pem -extfile $1.ext $(validity $3)
 }
 authority ca
 authority other

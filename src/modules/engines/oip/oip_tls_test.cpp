@@ -16,13 +16,18 @@ namespace fs = std::filesystem;
 // stranger, a client of other-ca.
 constexpr char kMakeCertificates[] = R"(
 set -eu
+# From OpenSSL 3.4 on, -days is 0 or more, and x509 has dates.
+validity() {
+  case $1 in -*) openssl x509 -help 2>&1 | grep -q not_after && echo -not_before 20200101000000Z -not_after 20200102000000Z && return ;; esac
+  echo -days $1
+}
 authority() {
   openssl req -x509 -newkey ec -pkeyopt ec_paramgen_curve:P-256 -nodes -subj "/CN=$1" -days 2 -keyout $1.key -out $1.pem
 }
 certificate() { # NAME AUTHORITY SAN DAYS
   openssl req -newkey ec -pkeyopt ec_paramgen_curve:P-256 -nodes -subj "/CN=$1" -keyout $1.key -out $1.csr
   echo "subjectAltName=$3" > $1.ext
-  openssl x509 -req -in $1.csr -CA $2.pem -CAkey $2.key -CAcreateserial -extfile $1.ext -days $4 -out $1.pem
+  openssl x509 -req -in $1.csr -CA $2.pem -CAkey $2.key -CAcreateserial -extfile $1.ext $(validity $4) -out $1.pem
 }
 authority ca
 authority other-ca

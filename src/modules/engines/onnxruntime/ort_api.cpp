@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include "onnxruntime/ort_api.hpp"
 
+#include <iostream>
 #include <mutex>
+#include <streambuf>
 #include <utility>
 
 #include "environment_variable.hpp"
@@ -41,6 +43,28 @@ void ORT_API_CALL forward_log(void*, OrtLoggingLevel severity, const char*, cons
 // that the user has set is kept.
 void disable_telemetry() {
   add_environment_variable("ORT_DISABLE_TELEMETRY=1");
+}
+
+// ONNX Runtime of Debian 13 and the libonnx that it needs both register all operators, and the
+// second of them prints each as an error to std::cerr when the process makes its first session: 567
+// lines. That session is made here, of a model that passes one number through, and what it prints
+// is left out.
+void register_operators(const OrtApi& api, const OrtEnv* environment) {
+  static constexpr char kModel[] =
+      "\010\010\072\067"
+      "\012\020\012\001x\022\001y\042\010Identity\022\001g"
+      "Z\017\012\001x\022\012\012\010\010\001\022\004\012\002\010\001"
+      "b\017\012\001y\022\012\012\010\010\001\022\004\012\002\010\001"
+      "B\002\020\015";
+  OrtSessionOptions* options = nullptr;
+  OrtSession* session = nullptr;
+  std::streambuf* errors = std::cerr.rdbuf(nullptr);
+  if (!take(api, api.CreateSessionOptions(&options)))
+    take(api,
+         api.CreateSessionFromArray(environment, kModel, sizeof kModel - 1, options, &session));
+  std::cerr.rdbuf(errors);
+  if (session) api.ReleaseSession(session);
+  if (options) api.ReleaseSessionOptions(options);
 }
 
 }  // namespace
@@ -120,6 +144,7 @@ Result<std::shared_ptr<const OrtRuntime>> OrtRuntime::load() {
           take(*api, api->CreateEnvWithCustomLogger(forward_log, nullptr, ORT_LOGGING_LEVEL_WARNING,
                                                     "weir", &out->environment_)))
     return unusable(bad.text);
+  if (*WEIR_ORT_SONAME) register_operators(*api, out->environment_);
   if (auto bad = take(
           *api, api->CreateCpuMemoryInfo(OrtDeviceAllocator, OrtMemTypeDefault, &out->memory_)))
     return unusable(bad.text);

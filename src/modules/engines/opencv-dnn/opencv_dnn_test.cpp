@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #include <barrier>
 #include <cmath>
+#include <regex>
 #include <thread>
 
 #include "opencv-dnn/dnn_test_support.hpp"
@@ -170,7 +171,7 @@ TEST_F(OpencvDnn, ReportsItsProperties) {
     const auto* library = static_cast<const char* const*>(engine(name).extension("weir.library/1"));
     ASSERT_NE(library, nullptr);
     EXPECT_SAYS(std::string(library[0]), "opencv");
-    EXPECT_STREQ(library[1], "4.6.0");
+    EXPECT_TRUE(std::regex_match(library[1], std::regex("4\\.[0-9]+\\.[0-9]+"))) << library[1];
   }
   const auto model = open_caffe(kProduct, product_weights(), {{"NumThread", "2"}});
   ASSERT_TRUE(model);
