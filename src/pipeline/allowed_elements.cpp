@@ -6,6 +6,7 @@
 #include <algorithm>
 
 #include "core/text/launch_elements.hpp"
+#include "gstcpp/element/elements.hpp"
 #include "gstcpp/element/property_text.hpp"
 #include "gstcpp/element/ref.hpp"
 #include "weir/join.hpp"
@@ -138,6 +139,13 @@ void disable(GstElement* element) {
         return TRUE;
       },
       nullptr);
+  // The bin may have started it before the lock.
+  gst_element_set_state(element, GST_STATE_NULL);
+}
+
+void AllowedElements::stop_others(GstBin* bin) const {
+  for (const auto& element : gst::elements_in(GST_ELEMENT(bin)))
+    if (!check(element.get())) gst_element_set_state(element.get(), GST_STATE_NULL);
 }
 
 }  // namespace weir::pipeline

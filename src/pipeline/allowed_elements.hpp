@@ -24,6 +24,8 @@ class AllowedElements {
   // Checks every element in the bin, recursively.
   Status check(GstBin* bin) const;
   Status check(GstElement* element) const;
+  // Sets elements that are not allowed to NULL: what adds an element may start it after disable().
+  void stop_others(GstBin* bin) const;
 
  private:
   Status check(std::string_view description, int depth) const;
@@ -33,7 +35,7 @@ class AllowedElements {
   std::vector<std::string> factories_;
 };
 
-// Blocks data through the element and keeps its bin from starting it.
+// Stops the element, blocks data through it and keeps its bin from starting it.
 void disable(GstElement* element);
 
 }  // namespace weir::pipeline

@@ -373,6 +373,7 @@ void Pipeline::halt() {
   std::lock_guard changes(changes_);
   close_queues();  // opened by that start
   gst_element_set_state(pipeline_.get(), GST_STATE_NULL);
+  if (allowed_) allowed_->stop_others(bin());
   for (const auto& [name, source] : sources_) source->stopped();
   stopped_ = true;
   std::lock_guard lock(mutex_);

@@ -3,6 +3,7 @@
 #include <gst/gst.h>
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <vector>
 
 #include "says.hpp"
@@ -104,32 +105,66 @@ TEST_F(PipelineAllowed, ReportsOtherErrors) {
 }
 
 // Like decodebin, which adds elements while the pipeline plays.
-TEST_F(PipelineAllowed, RejectsAnElementThatIsAddedLater) {
-  ASSERT_EQ(refusal("fakesrc ! fakesink name=known", kFakes), "");
-  static GstElement* seen = nullptr;
-  const auto see = [](GSignalInvocationHint*, guint, const GValue* values, gpointer) -> gboolean {
-    seen = GST_ELEMENT(g_value_get_object(values));
-    return FALSE;
-  };
-  // The API gives no access to elements; fakesink reveals itself with its first buffer.
-  ASSERT_EQ(weir_pipeline_set(pipeline_, "known", "signal-handoffs", "true", nullptr), WEIR_OK);
-  const GType type = g_type_from_name("GstFakeSink");
-  g_signal_add_emission_hook(g_signal_lookup("preroll-handoff", type), 0, see, nullptr, nullptr);
-  ASSERT_EQ(weir_pipeline_start(pipeline_, nullptr), WEIR_OK);
-  while (weir_pipeline_wait(pipeline_, 1000000, nullptr) == WEIR_PIPELINE_TIME_PASSED && !seen)
-    continue;
-  ASSERT_NE(seen, nullptr);
-  auto* bin = GST_BIN(gst_object_get_parent(GST_OBJECT(seen)));
-  gst_bin_add(bin, gst_element_factory_make("fakesink", nullptr));
+class AddedElement : public PipelineAllowed {
+ protected:
+  void SetUp() override {
+    ASSERT_EQ(refusal("fakesrc ! fakesink name=known", kFakes), "");
+    // The API gives no access to elements; fakesink reveals itself with its first buffer.
+    ASSERT_EQ(weir_pipeline_set(pipeline_, "known", "signal-handoffs", "true", nullptr), WEIR_OK);
+    const guint signal = g_signal_lookup("preroll-handoff", g_type_from_name("GstFakeSink"));
+    const gulong hook = g_signal_add_emission_hook(signal, 0, see, this, nullptr);
+    ASSERT_EQ(weir_pipeline_start(pipeline_, nullptr), WEIR_OK);
+    while (weir_pipeline_wait(pipeline_, 1000000, nullptr) == WEIR_PIPELINE_TIME_PASSED && !bin_)
+      continue;
+    g_signal_remove_emission_hook(signal, hook);
+    ASSERT_TRUE(bin_);
+  }
+  void TearDown() override {
+    if (bin_) gst_object_unref(bin_.load());
+  }
+
+  static gboolean see(GSignalInvocationHint*, guint, const GValue* values, gpointer test) {
+    auto* seen = GST_OBJECT(g_value_get_object(values));
+    GstObject* none = nullptr;
+    auto* bin = gst_object_get_parent(seen);
+    if (!static_cast<AddedElement*>(test)->bin_.compare_exchange_strong(none, bin))
+      gst_object_unref(bin);
+    return TRUE;
+  }
+
+  GstElement* add(const char* factory) {
+    GstElement* element = gst_element_factory_make(factory, nullptr);
+    gst_bin_add(GST_BIN(bin_.load()), element);
+    return element;
+  }
+
+  std::atomic<GstObject*> bin_ = nullptr;
+};
+
+TEST_F(AddedElement, IsRejectedUnlessItIsListed) {
+  add("fakesink");
   EXPECT_EQ(weir_pipeline_wait(pipeline_, 0, nullptr), WEIR_PIPELINE_TIME_PASSED);
-  GstElement* added = gst_element_factory_make("identity", nullptr);
-  gst_bin_add(bin, added);
+  GstElement* added = add("identity");
   weir::CError error;
   const int result = weir_pipeline_wait(pipeline_, 0, error.place());
   EXPECT_EQ(result, -WEIR_OPTION_VALUE);
   EXPECT_SAYS(error.take(result).message(), "offered: identity");
   EXPECT_TRUE(gst_element_is_locked_state(added));
-  gst_object_unref(bin);
+}
+
+// A pipeline that is still starting may start the element before its signal is emitted.
+TEST_F(AddedElement, IsStoppedIfItRunsAlready) {
+  GstElement* added = gst_element_factory_make("identity", nullptr);
+  gst_element_set_state(added, GST_STATE_PLAYING);
+  gst_bin_add(GST_BIN(bin_.load()), added);
+  EXPECT_EQ(GST_STATE(added), GST_STATE_NULL);
+}
+
+TEST_F(AddedElement, IsStoppedWithThePipelineIfItWasStartedLater) {
+  GstElement* added = add("identity");
+  gst_element_set_state(added, GST_STATE_PLAYING);
+  EXPECT_EQ(weir_pipeline_stop(pipeline_, nullptr), WEIR_OK);
+  EXPECT_EQ(GST_STATE(added), GST_STATE_NULL);
 }
 
 }  // namespace pipeline_allowed_test
