@@ -18,6 +18,7 @@ enum Packet : uint8_t {
   kConnack = 2,
   kPublish = 3,
   kPuback = 4,
+  kPubrec = 5,
   kPubcomp = 7,
   kSuback = 9,
   kUnsuback = 11,
@@ -151,6 +152,10 @@ bool may_end_early(uint8_t type) {
   return packet == kConnack || (packet >= kPuback && packet <= kPubcomp) || packet >= kDisconnect;
 }
 
+// MQTT 5, 3.4.2.1 and 3.5.2.1: why a message is refused.
+constexpr std::byte kFirstRefusal{0x80};  // for a reason that is not known
+constexpr uint8_t kRefusals[] = {0x80, 0x83, 0x87, 0x90, 0x91, 0x97, 0x99};
+
 }  // namespace
 
 Status MqttPacketFilter::feed(Bytes bytes, std::vector<std::byte>* out) {
@@ -209,9 +214,9 @@ Status MqttPacketFilter::take_length(std::vector<std::byte>* out) {
   left_ = length_;
   head_.clear();
   const size_t fixed = fixed_size(type_);
-  if (type_ >> 4 == kPingresp || (may_end_early(type_) && length_ <= fixed)) return end_head(out);
+  if (type_ >> 4 == kPingresp || length_ == 0) return end_head(out);
   part_ = Part::Head;
-  if (length_ > fixed) return ok();
+  if (length_ > fixed || may_end_early(type_)) return ok();
   return packet_error("a packet of " + std::to_string(length_) + " bytes",
                       "packets with their properties");
 }
@@ -223,6 +228,7 @@ size_t MqttPacketFilter::begin_of_properties() const {
 }
 
 Result<size_t> MqttPacketFilter::head_size() const {
+  if (length_ <= fixed_size(type_)) return length_;
   const size_t begin = begin_of_properties();
   if (head_.size() <= begin) return begin + 1;
   const auto after = Bytes(head_).subspan(begin);
@@ -244,10 +250,20 @@ Status MqttPacketFilter::take_head(Bytes* bytes, std::vector<std::byte>* out) {
     return packet_error("properties that exceed their packet", "packets with their properties");
   if (*size > head_.size() + kMaxMqttPropertyBytes) return strip(*size - head_.size(), out);
   if (head_.size() < *size) return ok();
-  const auto after = Bytes(head_).subspan(begin_of_properties());
-  if (auto status = check_properties(after.subspan(read_number(after)->bytes)); !status)
-    return status;
-  return end_head(out);
+  replace_reason();
+  const auto after = Bytes(head_).subspan(std::min(begin_of_properties(), head_.size()));
+  const auto length = read_number(after);
+  auto status = length ? check_properties(after.subspan(length->bytes)) : ok();
+  return status ? end_head(out) : status;
+}
+
+void MqttPacketFilter::replace_reason() {
+  const uint8_t packet = type_ >> 4;
+  if ((packet != kPuback && packet != kPubrec) || head_.size() < 3 || head_[2] < kFirstRefusal ||
+      std::count(std::begin(kRefusals), std::end(kRefusals), number(head_[2])) > 0)
+    return;
+  head_[2] = kFirstRefusal;
+  ++replaced_;
 }
 
 // Writes the packet again without its properties. None of their bytes has come yet: only their

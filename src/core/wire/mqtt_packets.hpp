@@ -16,7 +16,9 @@ inline constexpr size_t kMaxMqttPropertyBytes = size_t{256} << 10;
 
 // Checks each packet up to the end of its properties before it passes on any of its bytes. Only the
 // properties that MQTT 5 defines may come. A message with too many loses them: everyone who may
-// publish can send it, and a broker repeats a retained one for each connection.
+// publish can send it, and a broker repeats a retained one for each connection. A message that is
+// refused for a reason that MQTT 5 does not list is refused for none: libmosquitto would end the
+// connection and send it again with the next one.
 class MqttPacketFilter {
  public:
   // Takes the next bytes of the connection, and appends to `out` those that can be passed on.
@@ -24,6 +26,8 @@ class MqttPacketFilter {
   Status feed(std::span<const std::byte> bytes, std::vector<std::byte>* out);
   // Messages that lost their properties.
   uint64_t stripped() const noexcept { return stripped_; }
+  // Packets whose reason was replaced.
+  uint64_t replaced() const noexcept { return replaced_; }
 
  private:
   enum class Part { Type, Length, Head, Skipped, Rest };
@@ -38,6 +42,7 @@ class MqttPacketFilter {
   void skip(Bytes* bytes);
   void pass_rest(Bytes* bytes, std::vector<std::byte>* out);
   Status strip(size_t properties, std::vector<std::byte>* out);
+  void replace_reason();
   Status end_head(std::vector<std::byte>* out);
 
   Part part_ = Part::Type;
@@ -46,7 +51,7 @@ class MqttPacketFilter {
   uint8_t type_ = 0;
   uint32_t length_ = 0;            // of what follows `start_`
   size_t left_ = 0, skipped_ = 0;  // bytes that have not come: of the packet, of what it loses
-  uint64_t stripped_ = 0;
+  uint64_t stripped_ = 0, replaced_ = 0;
   Status status_ = ok();
 };
 

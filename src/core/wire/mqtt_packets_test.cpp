@@ -156,6 +156,28 @@ TEST(MqttPacketFilter, AMessageWithTooManyPropertiesLosesThem) {
   }
 }
 
+// mosquitto 2.0.21 answers a message above its message_size_limit with 0x95.
+TEST(MqttPacketFilter, AnUnknownReasonOfARefusalIsReplaced) {
+  struct Case {
+    const char *packet, *passed;
+  };
+  for (const auto& [packet, passed] : {
+           Case{"40 03 00 07 95", "40 03 00 07 80"},
+           Case{"50 03 00 07 95", "50 03 00 07 80"},
+           Case{"40 04 00 07 95 00", "40 04 00 07 80 00"},
+           Case{"40 0a 00 07 ff 06 1f 00 03 62 61 64", "40 0a 00 07 80 06 1f 00 03 62 61 64"},
+       }) {
+    MqttPacketFilter filter;
+    Bytes out;
+    for (const std::byte byte : from_hex(packet)) EXPECT_TRUE(filter.feed({&byte, 1}, &out));
+    EXPECT_EQ(out, from_hex(passed)) << packet;
+    EXPECT_EQ(filter.replaced(), 1u) << packet;
+  }
+  for (const char* packet : {"40 03 00 07 80", "40 03 00 07 99", "40 03 00 07 00", "70 03 00 07 92",
+                             "50 03 00 07 10", "e0 01 95", "90 04 00 07 00 95"})
+    EXPECT_TRUE(check(from_hex(packet))) << packet;
+}
+
 TEST(MqttPacketFilter, RejectsOtherPacketsWithTooManyProperties) {
   EXPECT_REFUSED(check(from_hex("20 ff ff 7f 00 00 fa ff 7f")), PEER_MESSAGE_INVALID,
                  "2097146 bytes of properties");

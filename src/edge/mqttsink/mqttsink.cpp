@@ -107,6 +107,9 @@ class MqttSink : public MqttElement<MqttSink, gst::BaseSink> {
     active_ = settings();
     if (auto status = transport::check_topic("pub-topic", active_.pub_topic); !status)
       return status;
+    if (!active_.response_topic.empty())
+      if (auto status = transport::check_topic("response-topic", active_.response_topic); !status)
+        return status;
     auto options = broker_options(active_);
     if (!options) return options.error();
     if (auto status = check_connection(element(), *options, active_); !status) return status;

@@ -237,6 +237,10 @@ void BrokerClient::interrupt(bool interrupted) {
 }
 Status BrokerClient::publish(const Publication& publication, std::chrono::milliseconds timeout) {
   if (auto status = check_topic("topic", publication.topic); !status) return status;
+  // A broker may end the connection for it, again with each connection.
+  const auto& answers = publication.properties.response_topic;
+  if (!answers.empty())
+    if (auto status = check_topic("response-topic", answers); !status) return status;
   return impl_->publish(publication, timeout);
 }
 Status BrokerClient::keep_published(std::string topic, std::vector<std::byte> payload, int qos,

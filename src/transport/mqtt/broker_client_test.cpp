@@ -199,6 +199,8 @@ TEST_F(BrokerClientTest, RejectsTopicsAndLargeMessages) {
   EXPECT_REFUSED(publish(*client, "a/#", ""), OPTION_VALUE, "without the wildcards");
   EXPECT_REFUSED(publish(*client, std::string("a\0b", 3), ""), OPTION_VALUE, "without NUL");
   EXPECT_REFUSED(client->subscribe("a/#/b", 0), OPTION_VALUE, "# as the last one");
+  EXPECT_REFUSED(client->publish({.topic = "t", .properties = {.response_topic = "a/#"}}, 1s),
+                 OPTION_VALUE, "the property response-topic is not an MQTT topic");
   ASSERT_TRUE(publish(*client, "t", std::string(1001, 'x')));
   EXPECT_TRUE(client->flush(30s));
   EXPECT_EQ(client->counts().refused, 1u);

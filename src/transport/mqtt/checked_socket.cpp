@@ -128,7 +128,12 @@ Status CheckedSocket::check_record() {
   if (size <= 0) return ok();  // the client sees that too
   std::vector<std::byte> ignored;
   auto status = filter_.feed(std::span(buffer_).first(static_cast<size_t>(size)), &ignored);
-  if (!status || filter_.stripped() == 0) return status;
+  if (!status) return status;
+  if (filter_.replaced() > 0)
+    return wire::peer_error("the broker refuses a message for a reason that MQTT 5 does not list",
+                            "another reason", "one of chapter 3.4.2.1",
+                            "protocol=4, which is MQTT 3.1.1");
+  if (filter_.stripped() == 0) return status;
   return wire::peer_error("a message of the broker has too many properties",
                           "more than " + std::to_string(wire::kMaxMqttPropertyBytes) + " bytes",
                           "caps and times", "protocol=4, which is MQTT 3.1.1");
