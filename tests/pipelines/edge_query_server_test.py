@@ -22,6 +22,7 @@ from launched_pipeline import Pipeline
 
 SOURCE = pathlib.Path(os.environ["WEIR_SOURCE"])
 SHARED = pathlib.Path(os.environ.get("WEIR_DATA") or SOURCE / "../shared")
+MODEL = SHARED / "models/classification/mobilenet_v2_1.0_224_quant.tflite"
 SECONDS = 60
 FOUR = "other/tensor,dimension=(string)4:1,type=(string)uint8,framerate=0/1"
 SUMS = ("received", "answered", "refused", "expired", "aborted")
@@ -115,10 +116,10 @@ class Responses(Served):
         self.assertEqual(self.client(server, [struct.pack("<4f", 1.5, -2, 0, 1e6)])[1], [[struct.pack("<4f", 4, -3, 1, 2000001)]])
 
     @unittest.skipUnless(has_engine("tensorflow-lite"), "the engine tensorflow-lite is not built")
+    @unittest.skipUnless(MODEL.exists(), f"{MODEL} is not here")
     def test_a_model_recognises_the_pictures_of_a_client(self):
-        model = SHARED / "models/classification/mobilenet_v2_1.0_224_quant.tflite"
         server = self.serve("tensor_query_serversrc port=0 ! video/x-raw,format=RGB,width=224,height=224,framerate=0/1 ! tensor_converter ! "
-                            f"tensor_filter model={model} ! tensor_query_serversink")
+                            f"tensor_filter model={MODEL} ! tensor_query_serversink")
         picture = (SHARED / "media/image/orange.raw").read_bytes()
         for (scores,) in self.client(server, [picture], [picture])[1]:
             self.assertEqual(max(range(1001), key=scores.__getitem__), 951)  # orange

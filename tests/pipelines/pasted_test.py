@@ -395,6 +395,8 @@ class FixLines(unittest.TestCase):
                                       ("nvtracker name=k tracker-width=8", "tensor_tracker", "videotestsrc ! tensor_tracker name=k ! fakesink"),
                                       ("rosimagesrc", "appsrc", None), ("tensor_ros_sink", "edgesink", None)):
             with self.subTest(name):
+                if subprocess.run(["gst-inspect-1.0", "--exists", name.split()[0]], check=False).returncode == 0:
+                    continue
                 text = run(f"videotestsrc ! {name} ! fakesink").stderr
                 self.assertIn(f"Weir has no element {name.split()[0]} of ", text)
                 self.assertIn(equivalent, re.search("needed: (.*)", text)[1])

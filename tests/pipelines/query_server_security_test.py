@@ -33,7 +33,10 @@ class Security(unittest.TestCase):
                         "-subj", f"/CN={authority}", "-keyout", f"{authority}.key", "-out", f"{authority}.pem")
         for name, authority in (("server", "ca"), ("camera", "ca"), ("guest", "ca"), ("stranger", "other")):
             cls.issue(name, authority)
-        cls.issue("late", "ca", days="-1")
+        help_text = subprocess.run(["openssl", "x509", "-help"], check=True, capture_output=True, text=True).stderr
+        # From OpenSSL 3.4 on, -days is 0 or more, and x509 has dates.
+        past = ("-not_before", "20200101000000Z", "-not_after", "20200102000000Z") if "-not_after" in help_text else ("-days", "-1")
+        cls.issue("late", "ca", validity=past)
         cls.issue("elsewhere", "ca", address="192.0.2.7")
 
     @classmethod
@@ -41,12 +44,12 @@ class Security(unittest.TestCase):
         subprocess.run(["openssl", *words], cwd=cls.folder, check=True, capture_output=True)
 
     @classmethod
-    def issue(cls, name, authority, days="1", address="127.0.0.1"):
+    def issue(cls, name, authority, validity=("-days", "1"), address="127.0.0.1"):
         cls.openssl("req", "-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:P-256", "-nodes", "-subj", f"/CN={name}",
                     "-keyout", f"{name}.key", "-out", f"{name}.csr")
         (cls.folder / f"{name}.ext").write_text(f"subjectAltName=DNS:{name},IP:{address}\n")
         cls.openssl("x509", "-req", "-in", f"{name}.csr", "-CA", f"{authority}.pem", "-CAkey", f"{authority}.key", "-CAcreateserial",
-                    "-days", days, "-extfile", f"{name}.ext", "-out", f"{name}.pem")
+                    *validity, "-extfile", f"{name}.ext", "-out", f"{name}.pem")
 
     def read(self, name):
         return (self.folder / name).read_bytes()

@@ -202,8 +202,11 @@ TEST_F(OnnxRuntime, ReportsMissingMemoryAndRecovers) {
                          .output("y", kFloat, {"n"})
                          .node("Neg", {"x"}, {"y"})
                          .bytes();
-  expect_errors_without_memory(
-      {*engine(), folder_.write("model.onnx", bytes), {1 << 22}, folder_.path("")});
+  expect_errors_without_memory({*engine(),
+                                folder_.write("model.onnx", bytes),
+                                {1 << 22},
+                                folder_.path(""),
+                                WEIR_ORT_OF_SYSTEM});
 }
 
 TEST_F(OnnxRuntime, TheTelemetryOfTheLibraryIsOff) {

@@ -1,5 +1,6 @@
 // Tests Caffe, TensorFlow and Darknet networks in OpenCV against closed forms and plain loops.
 // SPDX-License-Identifier: LGPL-2.1-or-later
+#include <algorithm>
 #include <barrier>
 #include <cmath>
 #include <regex>
@@ -218,7 +219,8 @@ TEST_F(OpencvDnn, NetworksWithDifferentThreadCountsRunAtOnce) {
                                .text("padding", "VALID")
                                .text("data_format", "NHWC")});
   const auto ones = floats({1, 42, 42, 4}, std::vector<float>(42 * 42 * 4, 1));
-  const std::vector<float> expected(40 * 40 * 2, 3 * 3 * 4);
+  // Newer versions of OpenCV convolve by Winograd's algorithm, which rounds.
+  const auto is_sum = [](float value) { return std::abs(value - 3 * 3 * 4) < 1e-3F; };
   std::vector<Result<std::unique_ptr<OpenEngine>>> models;
   for (const char* threads : {"1", "2", "3", "1", "2", "3"})
     models.push_back(open_tensorflow(sums, {{"NumThreads", threads}}));
@@ -231,7 +233,9 @@ TEST_F(OpencvDnn, NetworksWithDifferentThreadCountsRunAtOnce) {
       start.arrive_and_wait();
       for (int run = 0; run < kRuns; ++run) {
         const auto out = invoke(models[i], {ones});
-        right[i] += out.size() == 1 && out[0].values<float>() == expected;
+        const auto values = out.size() == 1 ? out[0].values<float>() : std::vector<float>();
+        right[i] +=
+            values.size() == 40 * 40 * 2 && std::all_of(values.begin(), values.end(), is_sum);
       }
     });
   for (auto& thread : threads) thread.join();
