@@ -56,21 +56,22 @@ std::vector<std::string> library_folders(const std::string& name) {
   return {under(module_path().parent_path().parent_path() / "engines")};
 }
 
-EngineLibrary::EngineLibrary(void* handle, std::string install_command)
-    : handle_(handle), install_command_(std::move(install_command)) {
+EngineLibrary::EngineLibrary(void* handle, std::string install_command, bool is_of_system)
+    : handle_(handle), install_command_(std::move(install_command)), is_of_system_(is_of_system) {
   link_map* loaded = nullptr;
   if (dlinfo(handle_, RTLD_DI_LINKMAP, &loaded) == 0) path_ = loaded->l_name;
 }
 
 Result<EngineLibrary> EngineLibrary::load(const std::string& file, const std::string& title,
                                           const std::string& install_command) {
+  const bool is_soname = file.find('/') == std::string::npos;
   if (void* handle = dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL))
-    return EngineLibrary(handle, install_command);
+    return EngineLibrary(handle, install_command, is_soname);
   const char* reason = dlerror();
   Error error = not_installed(title, reason ? reason : file, install_command);
   // The loader's reason begins with the name of the file at fault: with the soname if no folder has
   // such a file, otherwise with a path, or with another library that this one needs.
-  if (file.find('/') == std::string::npos && error.offered.starts_with(file + ":")) return error;
+  if (is_soname && error.offered.starts_with(file + ":")) return error;
   error.what = "the library of " + title + " exists but cannot be loaded";
   error.needed = "a library that this machine can load";
   return error;

@@ -25,6 +25,8 @@ class EngineLibrary {
                                     const std::string& soname = {});
 
   const std::string& path() const noexcept { return path_; }
+  // Whether it was loaded by its soname.
+  bool is_of_system() const noexcept { return is_of_system_; }
   // The command for an error about this library.
   const std::string& install_command() const noexcept { return install_command_; }
   // Returns null when the library lacks the symbol.
@@ -34,7 +36,7 @@ class EngineLibrary {
   }
 
  private:
-  EngineLibrary(void* handle, std::string install_command);
+  EngineLibrary(void* handle, std::string install_command, bool is_of_system);
   // `file` is a path or a soname.
   static Result<EngineLibrary> load(const std::string& file, const std::string& title,
                                     const std::string& install_command);
@@ -42,6 +44,7 @@ class EngineLibrary {
 
   void* handle_;  // from dlopen, never closed
   std::string path_, install_command_;
+  bool is_of_system_;
 };
 
 }  // namespace weir::engine

@@ -67,6 +67,7 @@ TEST_F(EngineLibraryPlaces, ALibraryOfTheSystemIsLoadedByItsSoname) {
     ASSERT_TRUE(library) << library.error().message();
     EXPECT_TRUE(library->path().starts_with("/") && library->path().ends_with("/libm.so.6"));
     EXPECT_EQ(library->install_command(), "apt-get install --reinstall libm6");
+    EXPECT_TRUE(library->is_of_system());
   }
 }
 
@@ -80,6 +81,7 @@ TEST_F(EngineLibraryPlaces, AFetchedLibraryThatTheUserChoseWinsOverThatOfTheSyst
   const auto library = EngineLibrary::open("frob", "Frob", {"libfrob.so"}, "libm.so.6");
   ASSERT_TRUE(library) << library.error().message();
   EXPECT_EQ(library->path(), fetched);
+  EXPECT_FALSE(library->is_of_system());
   EXPECT_EQ(library->install_command(), "tools/setup --engine frob");
 }
 

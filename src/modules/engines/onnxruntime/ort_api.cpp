@@ -48,7 +48,8 @@ void disable_telemetry() {
 // ONNX Runtime of Debian 13 and the libonnx that it needs both register all operators, and the
 // second of them prints each as an error to std::cerr when the process makes its first session: 567
 // lines. That session is made here, of a model that passes one number through, and what it prints
-// is left out.
+// is left out. libonnx writes past the logger and has no setting, so std::cerr itself is silenced,
+// although other threads may print meanwhile.
 void register_operators(const OrtApi& api, const OrtEnv* environment) {
   static constexpr char kModel[] =
       "\010\010\072\067"
@@ -144,7 +145,7 @@ Result<std::shared_ptr<const OrtRuntime>> OrtRuntime::load() {
           take(*api, api->CreateEnvWithCustomLogger(forward_log, nullptr, ORT_LOGGING_LEVEL_WARNING,
                                                     "weir", &out->environment_)))
     return unusable(bad.text);
-  if (*WEIR_ORT_SONAME) register_operators(*api, out->environment_);
+  if (library->is_of_system()) register_operators(*api, out->environment_);
   if (auto bad = take(
           *api, api->CreateCpuMemoryInfo(OrtDeviceAllocator, OrtMemTypeDefault, &out->memory_)))
     return unusable(bad.text);

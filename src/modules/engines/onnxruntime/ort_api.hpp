@@ -10,12 +10,12 @@
 
 namespace weir::engine {
 
-// One per process; destroyed after the last model.
+// One per process. It stays until the process ends.
 class OrtRuntime {
  public:
   // Loads the library on first use. ENGINE_NOT_INSTALLED as for EngineLibrary::open().
   static Result<std::shared_ptr<const OrtRuntime>> instance();
-  ~OrtRuntime();
+  ~OrtRuntime();  // only of one that load() could not complete
   OrtRuntime(const OrtRuntime&) = delete;
   OrtRuntime& operator=(const OrtRuntime&) = delete;
 
@@ -33,8 +33,8 @@ class OrtRuntime {
   static Result<std::shared_ptr<const OrtRuntime>> load();
 
   const OrtApi* api_ = nullptr;
-  OrtEnv* environment_ = nullptr;    // released by the destructor
-  OrtMemoryInfo* memory_ = nullptr;  // released by the destructor
+  OrtEnv* environment_ = nullptr;
+  OrtMemoryInfo* memory_ = nullptr;
   OrtAllocator* allocator_ = nullptr;
   std::string version_, path_;
 };

@@ -37,7 +37,6 @@ class OrtModel {
   }
 
   const OrtRuntime& runtime() const noexcept { return *runtime_; }
-  const std::shared_ptr<const OrtRuntime>& shared_runtime() const noexcept { return runtime_; }
   OrtSession* session() const noexcept { return session_.get(); }
   const OrtPorts& inputs() const noexcept { return inputs_; }
   const OrtPorts& outputs() const noexcept { return outputs_; }

@@ -33,15 +33,9 @@ bool is_within(const void* data, const weir_tensor& tensor) {
   return begin && at >= begin && at < begin + tensor.bytes;
 }
 
-// Owns memory that was handed over with an output; freed by the output's consumer at any later
-// time.
-struct LentValue {
-  std::shared_ptr<const OrtRuntime>
-      runtime;  // keeps the environment alive; destroyed after the value
-  OrtOwner<OrtValue> value;
-};
+// Frees memory that was handed over with an output: its consumer calls it at any later time.
 void release_value(void* owner) {
-  std::unique_ptr<LentValue> ended(static_cast<LentValue*>(owner));
+  std::unique_ptr<OrtOwner<OrtValue>> ended(static_cast<OrtOwner<OrtValue>*>(owner));
 }
 
 }  // namespace
@@ -152,8 +146,7 @@ Status OrtRunner::hand_over(const weir_frame& in, size_t index, weir_tensor* ten
                   [data](const weir_tensor& input) { return is_within(data, input); })) {
     return write_output(weir_tensor_info(tensor->info), data, index, tensor);
   }
-  auto lent =
-      std::make_unique<LentValue>(LentValue{model_.shared_runtime(), std::move(outputs_[index])});
+  auto lent = std::make_unique<Value>(std::move(outputs_[index]));
   outputs_[index] = Value(nullptr, api_.ReleaseValue);
   tensor->data = data;
   tensor->release = release_value;
