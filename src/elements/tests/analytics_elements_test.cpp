@@ -12,7 +12,7 @@ namespace analytics_elements_test {
 using namespace weir::test;
 using Floats = std::vector<float>;
 
-// Pictures of 64 * 48 from `source`, in each of which tensor_to_roi finds a box.
+// Pictures of 64 * 48 from `source`; tensor_to_roi finds a box in each of them.
 std::string found_in(const std::string& source, const Floats& box) {
   std::string numbers;
   for (size_t i = 0; i < 4; ++i)
