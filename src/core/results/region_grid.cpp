@@ -37,11 +37,12 @@ std::vector<int64_t> cells_under(uint32_t count, float from, float to, uint32_t 
 
 }  // namespace
 
-RegionGrid crop(const RegionGrid& grid, Size picture, Box* part) {
+RegionGrid crop(RegionGrid grid, Size picture, Box* part) {
   const Span x = inside(grid.width, part->x1, part->x2, picture.width);
   const Span y = inside(grid.height, part->y1, part->y2, picture.height);
   *part = {x.from, y.from, x.to, y.to};
   RegionGrid out{x.last - x.first, y.last - y.first, {}};
+  if (out.width == grid.width && out.height == grid.height) return grid;
   for (uint32_t row = y.first; row < y.last; ++row) {
     const auto start = grid.numbers.begin() + static_cast<ptrdiff_t>(size_t{row} * grid.width);
     out.numbers.insert(out.numbers.end(), start + x.first, start + x.last);

@@ -16,7 +16,7 @@ struct RegionGrid {
 
 // The rows and columns whose centres lie inside a picture, when the grid covers `part` of it.
 // `part` becomes what those cover; it is empty if none lies inside.
-RegionGrid crop(const RegionGrid& grid, Size picture, Box* part);
+RegionGrid crop(RegionGrid grid, Size picture, Box* part);
 
 // Appends a mask of size.width * size.height cells over `box`: 255 where the centre of a cell lies
 // in a cell of the grid, which covers `part`, whose number is not 0.

@@ -125,7 +125,6 @@ const records::Labels& RoiResultsPad::labels() const noexcept {
   return labels_.empty() ? labels_of_stream_ : labels_;
 }
 
-// Its box is in parts of the picture's sides.
 gst::Segmentation RoiResultsPad::read_class_map(const records::ClassMapView& view,
                                                 std::span<const SourceMap> maps) const {
   const Size picture = maps.empty() ? Size{} : Size{maps[0].source_width, maps[0].source_height};
@@ -135,7 +134,7 @@ gst::Segmentation RoiResultsPad::read_class_map(const records::ClassMapView& vie
   if (picture.width > 0 && picture.height > 0) {
     Box part{static_cast<float>(map.x1), static_cast<float>(map.y1), static_cast<float>(map.x2),
              static_cast<float>(map.y2)};
-    grid = results::crop(grid, picture, &part);
+    grid = results::crop(std::move(grid), picture, &part);
     const auto width = static_cast<float>(picture.width);
     const auto height = static_cast<float>(picture.height);
     out.box = {part.x1 / width, part.y1 / height, part.x2 / width, part.y2 / height};
