@@ -102,9 +102,10 @@ class TensorFromRoi : public gst::CountedTransform<TensorFromRoi> {
 
   GstFlowReturn transform(GstBuffer* in, GstBuffer* out) {
     auto regions = gst::get_regions(in, width_, height_);
-    std::vector<gst::Segmentation> class_maps;
+    gst::ClassMap class_map;
     if constexpr (gst::kHasAnalytics) {
-      const auto left_out = gst::read_analytics(in, &regions, &class_maps);
+      const auto left_out = gst::read_analytics(in, features_.has_masks, &regions,
+                                                features_.has_class_map ? &class_map : nullptr);
       objects_left_out_ += left_out.objects;
       labels_left_out_ += left_out.labels;
       segmentations_left_out_ += left_out.segmentations;
@@ -114,7 +115,7 @@ class TensorFromRoi : public gst::CountedTransform<TensorFromRoi> {
     std::vector<SourceMap> source_maps{picture_as_it_is(width_, height_, false)};
     if (features_.has_class_map) {
       source_maps.resize(results::tensor_count(features_), source_maps[0]);
-      source_maps.back() = read_class_map(class_maps);
+      source_maps.back() = read_class_map(std::move(class_map));
     }
     std::vector<gst::MappedMemory> maps;
     results::write(results_, features_, [&](size_t size) -> std::span<std::byte> {
@@ -170,25 +171,20 @@ class TensorFromRoi : public gst::CountedTransform<TensorFromRoi> {
     return region.class_index >= 0 ? region.class_index : find_label(region.label).value_or(0);
   }
 
-  // The first map that can be read. Returns where it lies.
-  SourceMap read_class_map(std::span<const gst::Segmentation> maps) {
+  // Returns where it lies.
+  SourceMap read_class_map(gst::ClassMap map) {
     SourceMap place = picture_as_it_is(width_, height_, false);
-    results_.map_width = results_.map_height = 0;
-    for (const auto& map : maps) {
-      auto grid = gst::read_mask(map.mask.get());
-      if (results_.map_width > 0 || grid.numbers.empty()) {
-        ++segmentations_left_out_;
-        continue;
-      }
-      place.xx = double{map.box.width()} / grid.width;
-      place.yy = double{map.box.height()} / grid.height;
-      place.x0 = map.box.x1;
-      place.y0 = map.box.y1;
-      place.width = results_.map_width = grid.width;
-      place.height = results_.map_height = grid.height;
-      results_.class_map = std::move(grid.numbers);
-      if (!names_.empty() && !map.labels.empty()) replace_numbers(map.labels);
-    }
+    results_.map_width = map.grid.width;
+    results_.map_height = map.grid.height;
+    results_.class_map = std::move(map.grid.numbers);
+    if (results_.class_map.empty()) return place;
+    place.xx = double{map.box.width()} / map.grid.width;
+    place.yy = double{map.box.height()} / map.grid.height;
+    place.x0 = map.box.x1;
+    place.y0 = map.box.y1;
+    place.width = map.grid.width;
+    place.height = map.grid.height;
+    if (!names_.empty() && !map.labels.empty()) replace_numbers(map.labels);
     return place;
   }
 
@@ -228,12 +224,13 @@ class TensorFromRoi : public gst::CountedTransform<TensorFromRoi> {
     results_.points_per_object = features_.points_per_object;
     std::vector<int32_t> row_of;  // of each region; -1 = left out
     for (const auto& region : regions) {
-      const bool is_used = region.score > 0 && region.score >= settings_now_.threshold;
+      const float score = region.score.value_or(1);
+      const bool is_used = score > 0 && score >= settings_now_.threshold;
       row_of.push_back(is_used ? static_cast<int32_t>(results_.objects.size()) : -1);
       if (!is_used) continue;
       used.push_back(&region);
       results_.objects.push_back({.box = region.box,
-                                  .score = region.score,
+                                  .score = score,
                                   .class_index = find_class(region),
                                   .track = std::min(region.track, kMaxTrack),
                                   .parent = region.parent,

@@ -123,63 +123,75 @@ class TensorToRoi : public gst::PairedTransform<TensorToRoi, RoiResultsPad> {
   Settings settings_;
 
  private:
-  void attach(const RegionResults& found, GstBuffer* buffer) {
-    const bool is_scaled = found.width > 0 && found.height > 0;
-    const double x = is_scaled ? double(width_) / found.width : 1;
-    const double y = is_scaled ? double(height_) / found.height : 1;
-    std::vector<gst::PictureRegion> regions;
-    for (const auto& region : found.regions) regions.push_back(scaled(region, x, y));
-    if constexpr (gst::kHasAnalytics) add_analytics(found, &regions, buffer);
-    int id = gst::next_region_id(buffer);
-    std::vector<GstVideoRegionOfInterestMeta*> metas;
-    for (const auto& region : regions) {
-      const auto* parent = region.parent >= 0 ? metas[static_cast<size_t>(region.parent)] : nullptr;
-      metas.push_back(
-          gst::add_region(buffer, region, width_, height_, id, parent ? parent->id : 0));
-      ++(metas.back() ? regions_ : outside_);
-      id += metas.back() != nullptr;
-    }
-    add_labels(found, metas);
+  // A region, in pixels of the picture, and what it became.
+  struct Attached {
+    const gst::PictureRegion& region;
+    std::optional<Rect> at;                // nullopt: outside of the picture
+    gst::AnalyticsWriter::Object entry{};  // in GstAnalyticsRelationMeta
+    GstVideoRegionOfInterestMeta* meta = nullptr;
+  };
+  static const Attached* parent_of(const Attached& child, const std::vector<Attached>& all) {
+    const int32_t parent = child.region.parent;
+    return parent >= 0 ? &all[static_cast<size_t>(parent)] : nullptr;
   }
 
-  // Gives the regions the ids of their entries.
-  void add_analytics(const RegionResults& found, std::vector<gst::PictureRegion>* regions,
-                     GstBuffer* buffer) {
-    const GstClockTime now = GST_BUFFER_PTS(buffer);
-    gst::AnalyticsWriter out(buffer, found, {width_, height_});
-    std::vector<gst::AnalyticsWriter::Object> objects;
-    for (auto& region : *regions) objects.push_back(add_object(&region, objects, now, &out));
-    for (const auto& label : found.labels)
-      if (!label.is_text) add_analytics_label(label, *regions, objects, &out);
-    for (auto map : found.class_maps) {
-      map.box = scaled(map.box, width_, height_);
-      if (map.mask) out.add_class_map(map);
+  void attach(const RegionResults& found, GstBuffer* buffer) {
+    const bool has_other_size =
+        found.width > 0 && found.height > 0 && (found.width != width_ || found.height != height_);
+    std::vector<gst::PictureRegion> copies;
+    if (has_other_size)
+      for (const auto& region : found.regions)
+        copies.push_back(
+            scaled(region, double(width_) / found.width, double(height_) / found.height));
+    std::vector<Attached> all;
+    for (const auto& region : has_other_size ? copies : found.regions)
+      all.push_back({region, gst::visible_part(region.box, {width_, height_})});
+    if constexpr (gst::kHasAnalytics) add_analytics(found, buffer, &all);
+    add_regions(buffer, &all);
+    add_labels(found, all);
+  }
+
+  void add_regions(GstBuffer* buffer, std::vector<Attached>* all) {
+    int id = gst::next_region_id(buffer);
+    for (auto& object : *all) {
+      ++(object.at ? regions_ : outside_);
+      if (!object.at) continue;
+      const Attached* parent = parent_of(object, *all);
+      const int parent_id = parent && parent->meta ? parent->meta->id : 0;
+      object.meta = gst::add_region(buffer, object.region, *object.at, {width_, height_},
+                                    {id++, parent_id, object.entry});
     }
+  }
+
+  void add_analytics(const RegionResults& found, GstBuffer* buffer, std::vector<Attached>* all) {
+    const GstClockTime now = GST_BUFFER_PTS(buffer);
+    gst::AnalyticsWriter out(buffer, found);
+    for (auto& object : *all)
+      if (object.at) add_object(*all, now, &object, &out);
+    for (const auto& label : found.labels)
+      if (!label.is_text) add_analytics_label(label, *all, &out);
+    for (const auto& map : found.class_maps)
+      if (map.mask) out.add_class_map(map, scaled(map.box, width_, height_));
     left_out_ += out.left_out();
   }
 
-  gst::AnalyticsWriter::Object add_object(gst::PictureRegion* region,
-                                          const std::vector<gst::AnalyticsWriter::Object>& objects,
-                                          GstClockTime now, gst::AnalyticsWriter* out) {
-    if (!gst::is_inside(region->box, width_, height_)) return std::nullopt;
-    const bool has_parent = region->parent >= 0;
-    const auto object = out->add_object(
-        *region, has_parent ? objects[static_cast<size_t>(region->parent)] : std::nullopt);
-    if (object) region->analytics_id = *object;
-    if (region->track > 0)
-      out->add_track(object, region->track, first_seen(region->track, now), now);
-    if (region->mask.mask) out->add_mask(object, region->mask);
-    return object;
+  void add_object(const std::vector<Attached>& all, GstClockTime now, Attached* object,
+                  gst::AnalyticsWriter* out) {
+    const auto& region = object->region;
+    const Attached* parent = parent_of(*object, all);
+    object->entry = out->add_object(region, *object->at, parent ? parent->entry : std::nullopt);
+    if (region.track > 0)
+      out->add_track(object->entry, region.track, first_seen(region.track, now), now);
+    if (region.mask.mask) out->add_mask(object->entry, region.mask);
   }
-  void add_analytics_label(const gst::RegionLabel& label,
-                           const std::vector<gst::PictureRegion>& regions,
-                           const std::vector<gst::AnalyticsWriter::Object>& objects,
-                           gst::AnalyticsWriter* out) const {
-    const auto region = static_cast<size_t>(std::max(label.region, 0));
-    if (label.region < 0)
+  static void add_analytics_label(const gst::RegionLabel& label, const std::vector<Attached>& all,
+                                  gst::AnalyticsWriter* out) {
+    if (label.region < 0) {
       out->add_picture_label(label.text, label.score);
-    else if (gst::is_inside(regions[region].box, width_, height_))
-      out->add_label(objects[region], label.text, label.score);
+      return;
+    }
+    const Attached& object = all[static_cast<size_t>(label.region)];
+    if (object.at) out->add_label(object.entry, label.text, label.score);
   }
 
   // Trackers count upwards: the lowest numbers are those of the oldest tracks.
@@ -193,10 +205,9 @@ class TensorToRoi : public gst::PairedTransform<TensorToRoi, RoiResultsPad> {
   }
 
   // A region outside of the picture has no meta.
-  static void add_labels(const RegionResults& found,
-                         const std::vector<GstVideoRegionOfInterestMeta*>& metas) {
+  static void add_labels(const RegionResults& found, const std::vector<Attached>& all) {
     for (const auto& label : found.labels) {
-      auto* meta = label.region >= 0 ? metas[static_cast<size_t>(label.region)] : nullptr;
+      auto* meta = label.region >= 0 ? all[static_cast<size_t>(label.region)].meta : nullptr;
       if (!meta) continue;
       if (label.is_text)
         gst::add_region_text(meta, label.text, label.score, label.model);

@@ -8,6 +8,7 @@
 #include <fstream>
 
 #include "elements/tests/element_test_support.hpp"
+#include "gstcpp/buffer/tensor_meta.hpp"
 #include "gstcpp/element/result_events.hpp"
 
 namespace weir {
@@ -157,6 +158,24 @@ TEST(TensorToRoi, RegionsLieInsideThePicture) {
   EXPECT_EQ(metas[1]->w, 4u);
   EXPECT_EQ(metas[1]->h, 8u);
   EXPECT_EQ(stat(both.element.get(), "regions-outside"), 2u);
+}
+
+TEST(TensorToRoi, ResultsOfAPictureOfAnotherSizeAreScaled) {
+  const Both both("sync=newest", results(kColumns, "12:2"));
+  GstBuffer* found = frame(kTwo, 0);
+  gst::set_source_maps(found, {picture_as_it_is(128, 96, false)});
+  ASSERT_EQ(gst_harness_push(both.results_in.get(), found), GST_FLOW_OK);
+  for (const GstClockTime time : {0, 1}) {
+    const auto out = both.picture(time);
+    const auto metas = get_metas(out.get());
+    ASSERT_EQ(metas.size(), 2u);
+    EXPECT_EQ(metas[0]->x, 4u);
+    EXPECT_EQ(metas[0]->y, 6u);
+    EXPECT_EQ(metas[0]->w, 12u);
+    EXPECT_EQ(metas[0]->h, 13u);
+    EXPECT_EQ(number(metas[0], "detection", "y_max"), 36.5 / 96);
+    EXPECT_EQ(metas[1]->parent_id, metas[0]->id);
+  }
 }
 
 TEST(TensorToRoi, SharedBuffersAreNotChanged) {

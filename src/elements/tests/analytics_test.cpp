@@ -8,8 +8,10 @@
 #include <gst/video/video.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 #include <fstream>
+#include <tuple>
 
 #include "elements/tests/element_test_support.hpp"
 #include "gstcpp/buffer/tensor_meta.hpp"
@@ -101,6 +103,11 @@ TEST(AnalyticsWritten, ObjectsHaveTheirLabelBoxScoreAndRotation) {
   ASSERT_EQ(found.size(), 2u);
   EXPECT_EQ(read(found[0]), (Object{"dog", 8, 12, 24, 25, 0, 0.75f}));
   EXPECT_EQ(read(found[1]), (Object{"cat", 10, 14, 10, 8, 0.25f, 0.5f}));
+  int id = -1;
+  auto* region = gst_buffer_get_video_region_of_interest_meta_id(out.get(), 1);
+  gst_structure_get_int(gst_video_region_of_interest_meta_get_param(region, "weir"), "analytics-id",
+                        &id);
+  EXPECT_EQ(static_cast<guint>(id), found[0].id);
   const auto parents =
       related(found[1], GST_ANALYTICS_REL_TYPE_IS_PART_OF, gst_analytics_od_mtd_get_mtd_type());
   ASSERT_EQ(parents.size(), 1u);
@@ -171,25 +178,34 @@ TEST(AnalyticsWritten, LabelsBelongToTheirObjectOrToThePicture) {
   EXPECT_EQ(stat(to.element.get(), "rows-without-region"), 1u);
 }
 
-// Cells of a mask, in rows.
-Bytes cells(const GstAnalyticsMtd& segmentation, int* x, int* y, guint* width, guint* height) {
-  const auto mask = Ref<GstBuffer>::adopt(
-      gst_analytics_segmentation_mtd_get_mask(&segmentation, x, y, width, height));
-  return content(mask.get());
+struct Mask {
+  Bytes cells;  // in rows
+  int x = 0, y = 0;
+  guint width = 0, height = 0;
+  bool operator==(const Mask&) const = default;
+};
+Mask read_mask(const GstAnalyticsMtd& segmentation) {
+  Mask out;
+  const auto mask = Ref<GstBuffer>::adopt(gst_analytics_segmentation_mtd_get_mask(
+      &segmentation, &out.x, &out.y, &out.width, &out.height));
+  out.cells = content(mask.get());
+  return out;
+}
+
+// An object with a mask of two rows: 0 and 1.
+ToRoi one_mask() {
+  GstBuffer* found = frame(Floats{8, 12, 32, 36, 1}, 0);
+  gst_buffer_append_memory(found, make_memory({0, 127, 128, 255}));
+  return {"", results("x1,y1,x2,y2,score;masks", "5:1,2:2:1", "float32,uint8"), found};
 }
 
 TEST(AnalyticsWritten, MasksAreSegmentationOfTheirObject) {
-  GstBuffer* found = frame(Floats{8, 12, 32, 36, 1}, 0);
-  gst_buffer_append_memory(found, make_memory({0, 127, 128, 255}));
-  const ToRoi to("", results("x1,y1,x2,y2,score;masks", "5:1,2:2:1", "float32,uint8"), found);
+  const ToRoi to = one_mask();
   const auto out = to.picture();
   const auto masks = related(objects(out.get())[0], GST_ANALYTICS_REL_TYPE_RELATE_TO,
                              gst_analytics_segmentation_mtd_get_mtd_type());
   ASSERT_EQ(masks.size(), 1u);
-  int x = 0, y = 0;
-  guint width = 0, height = 0;
-  EXPECT_EQ(cells(masks[0], &x, &y, &width, &height), (Bytes{0, 0, 1, 1}));
-  EXPECT_EQ(std::vector<int>({x, y, int(width), int(height)}), (std::vector<int>{8, 12, 24, 24}));
+  EXPECT_EQ(read_mask(masks[0]), (Mask{{0, 0, 1, 1}, 8, 12, 24, 24}));
   EXPECT_EQ(gst_analytics_segmentation_mtd_get_region_count(&masks[0]), 2u);
   EXPECT_EQ(related(masks[0], GST_ANALYTICS_REL_TYPE_RELATE_TO, gst_analytics_od_mtd_get_mtd_type())
                 .size(),
@@ -203,10 +219,7 @@ TEST(AnalyticsWritten, AClassMapIsSegmentationWithItsLabels) {
   auto* meta = gst_buffer_get_analytics_relation_meta(out.get());
   const auto maps = entries(meta, gst_analytics_segmentation_mtd_get_mtd_type());
   ASSERT_EQ(maps.size(), 1u);
-  int x = 0, y = 0;
-  guint width = 0, height = 0;
-  EXPECT_EQ(cells(maps[0], &x, &y, &width, &height), (Bytes{0, 1, 1, 5}));
-  EXPECT_EQ(std::vector<int>({x, y, int(width), int(height)}), (std::vector<int>{0, 0, 64, 48}));
+  EXPECT_EQ(read_mask(maps[0]), (Mask{{0, 1, 1, 5}, 0, 0, 64, 48}));
   ASSERT_EQ(gst_analytics_segmentation_mtd_get_region_count(&maps[0]), 3u);
   EXPECT_EQ(gst_analytics_segmentation_mtd_get_region_id(&maps[0], 2), 5u);
   for (const auto type : {GST_ANALYTICS_REL_TYPE_RELATE_TO, GST_ANALYTICS_REL_TYPE_N_TO_N}) {
@@ -229,10 +242,7 @@ TEST(AnalyticsWritten, AClassMapEndsWhereThePictureEnds) {
   const auto maps = entries(gst_buffer_get_analytics_relation_meta(out.get()),
                             gst_analytics_segmentation_mtd_get_mtd_type());
   ASSERT_EQ(maps.size(), 1u);
-  int x = 0, y = 0;
-  guint width = 0, height = 0;
-  EXPECT_EQ(cells(maps[0], &x, &y, &width, &height), (Bytes{1, 1, 2, 2}));
-  EXPECT_EQ(std::vector<int>({x, y, int(width), int(height)}), (std::vector<int>{0, 0, 64, 48}));
+  EXPECT_EQ(read_mask(maps[0]), (Mask{{1, 1, 2, 2}, 0, 0, 64, 48}));
 }
 
 // What draws it keeps what it drew before until a picture has metadata.
@@ -377,7 +387,7 @@ TEST(AnalyticsRead, MasksCoverTheBoxesOfTheirObjects) {
   const Picture in;
   const auto object = in.object("dog", 0, 0, 32, 24, 1);
   in.object("cat", 0, 0, 8, 8, 1);
-  // Of the whole picture, of which the object is the upper left quarter.
+  // Of the whole picture; the object is its upper left quarter.
   Bytes mask(8 * 4);
   mask[1] = 9;
   const auto segmentation = in.segmentation(mask, 8, 4, {0, 9}, 0, 0, 64, 48);
@@ -450,6 +460,23 @@ TEST(AnalyticsRead, SegmentationsThatCannotBeUsedAreCounted) {
   const auto out = Ref<GstBuffer>::adopt(gst_harness_push_and_pull(h.get(), in.buffer));
   EXPECT_EQ(classes(read_frame(out.get())), (std::vector<uint16_t>{0, 12, 31, 7, 0, 0, 0, 0}));
   EXPECT_EQ(stat(h, "tensor_from_roi", "segmentations-left-out"), 3u);
+  EXPECT_EQ(stat(h, "tensor_from_roi", "labels-left-out"), 1u);  // of the second class map
+}
+
+TEST(AnalyticsRead, SegmentationsThatAreNotAskedForAreCountedWithTheirLabels) {
+  const Picture in;
+  const auto picture = Ref<GstBuffer>::adopt(in.buffer);
+  const auto mask = in.segmentation({1}, 1, 1, {1}, 0, 0, 8, 8);
+  in.relate(GST_ANALYTICS_REL_TYPE_RELATE_TO, mask, in.object("dog", 0, 0, 8, 8, 1));
+  add_class_map(in);
+  for (const auto& [settings, segmentations, labels] :
+       {std::tuple{"", 2u, 1u}, {"masks=true", 1u, 1u}, {"class-map=true", 1u, 0u}}) {
+    const auto h = make_harness(std::string("tensor_from_roi ") + settings, video("GRAY8", 64, 48));
+    const auto out =
+        Ref<GstBuffer>::adopt(gst_harness_push_and_pull(h.get(), gst_buffer_ref(picture.get())));
+    EXPECT_EQ(stat(h, "tensor_from_roi", "segmentations-left-out"), segmentations) << settings;
+    EXPECT_EQ(stat(h, "tensor_from_roi", "labels-left-out"), labels) << settings;
+  }
 }
 
 TEST(AnalyticsRead, ObjectsWithoutAreaOrScoreAreCounted) {
@@ -515,9 +542,7 @@ TEST(Analytics, WithoutRegionsTheObjectsAreRead) {
 }
 
 TEST(Analytics, MasksOfOurObjectsAreRead) {
-  GstBuffer* found = frame(Floats{8, 12, 32, 36, 1}, 0);
-  gst_buffer_append_memory(found, make_memory({0, 127, 128, 255}));
-  const ToRoi to("", results("x1,y1,x2,y2,score;masks", "5:1,2:2:1", "float32,uint8"), found);
+  const ToRoi to = one_mask();
   EXPECT_EQ(from_roi("masks=true", to.picture().release()).table, (Bytes{0, 0, 255, 255}));
 }
 

@@ -33,14 +33,16 @@ WholeBox around(const Box& box) {
           std::max(whole(std::ceil(box.y2)) - y, 0)};
 }
 
+WholeBox to_whole_box(const Rect& at) {
+  return {static_cast<int>(at.x), static_cast<int>(at.y), static_cast<int>(at.width),
+          static_cast<int>(at.height)};
+}
+
 Box box_of(double x, double y, double width, double height) {
   return {static_cast<float>(x), static_cast<float>(y), static_cast<float>(x + width),
           static_cast<float>(y + height)};
 }
 
-GQuark quark(const std::string& label) {
-  return g_quark_from_string(label.empty() ? "object" : label.c_str());
-}
 std::string text(GQuark quark) {
   const char* label = g_quark_to_string(quark);
   return label ? label : "";
@@ -52,14 +54,14 @@ class AnalyticsReader {
  public:
   AnalyticsReader(Meta* meta, std::vector<PictureRegion>* regions) : meta_(meta), out_(*regions) {}
 
-  AnalyticsLeftOut read(std::vector<Segmentation>* class_maps) {
+  AnalyticsLeftOut read([[maybe_unused]] bool has_masks, [[maybe_unused]] ClassMap* class_map) {
     objects_ = entries(gst_analytics_od_mtd_get_mtd_type());
     labels_ = entries(gst_analytics_cls_mtd_get_mtd_type());
     tracks_ = entries(gst_analytics_tracking_mtd_get_mtd_type());
     read_objects();
     read_parents();
 #if GST_CHECK_VERSION(1, 26, 0)
-    read_segmentations(class_maps);
+    read_segmentations(has_masks, class_map);
 #endif
     left_out_.labels = labels_.size() - used_labels_.size();
     return left_out_;
@@ -97,7 +99,7 @@ class AnalyticsReader {
         is_taken[at] = true;
         place_of_[object.id] = at;
         add_to(&out_[at], read);
-      } else if (read.box.area() > 0 && std::isfinite(read.score)) {
+      } else if (read.box.area() > 0 && read.score) {
         place_of_[object.id] = out_.size();
         out_.push_back(std::move(read));
       } else {
@@ -109,7 +111,7 @@ class AnalyticsReader {
   // Elements that scale pictures leave out the parameters of regions, and with them the id.
   static bool is_same(const PictureRegion& region, uint32_t id, const PictureRegion& object) {
     if (region.label != object.label) return false;
-    if (region.analytics_id >= 0) return region.analytics_id == id;
+    if (region.analytics_id) return region.analytics_id == id;
     const auto near = [](float a, float b) { return std::abs(a - b) <= 1; };
     return near(region.box.x1, object.box.x1) && near(region.box.y1, object.box.y1) &&
            near(region.box.x2, object.box.x2) && near(region.box.y2, object.box.y2);
@@ -117,21 +119,23 @@ class AnalyticsReader {
   // What is not known of the region.
   static void add_to(PictureRegion* region, const PictureRegion& object) {
     if (region->track == 0) region->track = object.track;
-    if (region->analytics_id >= 0) return;
-    if (region->score == 1) region->score = object.score;
+    if (region->analytics_id) return;
+    if (!region->score) region->score = object.score;
     if (region->rotation == 0) region->rotation = object.rotation;
   }
 
   PictureRegion read_object(Entry object) {
     PictureRegion out;
     int x = 0, y = 0, width = 0, height = 0;
+    float score = 0;
 #if GST_CHECK_VERSION(1, 26, 0)
     gst_analytics_od_mtd_get_oriented_location(&object, &x, &y, &width, &height, &out.rotation,
-                                               &out.score);
+                                               &score);
     if (!std::isfinite(out.rotation)) out.rotation = 0;
 #else
-    gst_analytics_od_mtd_get_location(&object, &x, &y, &width, &height, &out.score);
+    gst_analytics_od_mtd_get_location(&object, &x, &y, &width, &height, &score);
 #endif
+    if (std::isfinite(score)) out.score = score;
     out.box = box_of(x, y, width, height);
     const GQuark type = gst_analytics_od_mtd_get_obj_type(&object);
     out.label = type ? text(type) : read_label(object.id);
@@ -184,38 +188,52 @@ class AnalyticsReader {
   }
 
 #if GST_CHECK_VERSION(1, 26, 0)
-  // Which of its regions are whose is not known where several objects share a segmentation.
-  void read_segmentations(std::vector<Segmentation>* class_maps) {
+  void read_segmentations(bool has_masks, ClassMap* class_map) {
     for (const auto& entry : entries(gst_analytics_segmentation_mtd_get_mtd_type())) {
       const auto owners = related(entry.id, objects_);
-      auto read = read_segmentation(entry);
-      if (owners.empty()) {
-        class_maps->push_back(std::move(read));
-        continue;
-      }
-      const auto place = place_of_.find(owners[0].id);
-      const bool is_free = owners.size() == 1 && place != place_of_.end() &&  //
-                           !out_[place->second].mask.mask;
-      if (is_free)
-        out_[place->second].mask = std::move(read);
-      else
-        ++left_out_.segmentations;
+      const bool is_used = owners.empty() ? class_map && read_class_map(entry, class_map)
+                                          : has_masks && read_object_mask(entry, owners);
+      left_out_.segmentations += is_used ? 0 : 1;
     }
   }
 
-  Segmentation read_segmentation(const Entry& entry) {
+  // Which of its regions are whose is not known where several objects share a segmentation.
+  bool read_object_mask(const Entry& entry, const std::vector<Entry>& owners) {
+    const auto place = place_of_.find(owners[0].id);
+    if (owners.size() > 1 || place == place_of_.end() || out_[place->second].mask.mask)
+      return false;
+    out_[place->second].mask = read_segmentation(entry);
+    return true;
+  }
+
+  bool read_class_map(const Entry& entry, ClassMap* map) {
+    if (!map->grid.numbers.empty()) return false;
+    const auto found = read_segmentation(entry);
+    map->grid = read_mask(found.mask.get());
+    if (map->grid.numbers.empty()) return false;
+    map->box = found.box;
+    map->labels = read_region_labels(entry);
+    return true;
+  }
+
+  static Segmentation read_segmentation(const Entry& entry) {
     Segmentation out;
     gint x = 0, y = 0;
     guint width = 0, height = 0;
     out.mask = Ref<GstBuffer>::adopt(
         gst_analytics_segmentation_mtd_get_mask(&entry, &x, &y, &width, &height));
     out.box = box_of(x, y, width, height);
+    return out;
+  }
+
+  std::map<uint32_t, std::string> read_region_labels(const Entry& entry) {
+    std::map<uint32_t, std::string> out;
     for (const auto& classes : related(entry.id, labels_)) {
       used_labels_.insert(classes.id);
       const gsize count = std::min(gst_analytics_segmentation_mtd_get_region_count(&entry),
                                    gst_analytics_cls_mtd_get_length(&classes));
       for (gsize i = 0; i < count; ++i)
-        out.labels[gst_analytics_segmentation_mtd_get_region_id(&entry, i)] =
+        out[gst_analytics_segmentation_mtd_get_region_id(&entry, i)] =
             text(gst_analytics_cls_mtd_get_quark(&classes, i));
     }
     return out;
@@ -232,17 +250,16 @@ class AnalyticsReader {
 
 }  // namespace
 
-AnalyticsLeftOut read_analytics(GstBuffer* buffer, std::vector<PictureRegion>* regions,
-                                std::vector<Segmentation>* class_maps) {
+AnalyticsLeftOut read_analytics(GstBuffer* buffer, bool has_masks,
+                                std::vector<PictureRegion>* regions, ClassMap* class_map) {
   Meta* meta = gst_buffer_get_analytics_relation_meta(buffer);
-  return meta ? AnalyticsReader(meta, regions).read(class_maps) : AnalyticsLeftOut{};
+  return meta ? AnalyticsReader(meta, regions).read(has_masks, class_map) : AnalyticsLeftOut{};
 }
 
 // ---- Writing ------------------------------------------------------------------------------------
 
-AnalyticsWriter::AnalyticsWriter(GstBuffer* buffer, const PictureResults& results, Size picture)
-    : meta_(gst_buffer_get_analytics_relation_meta(buffer)),
-      picture_{0, 0, static_cast<float>(picture.width), static_cast<float>(picture.height)} {
+AnalyticsWriter::AnalyticsWriter(GstBuffer* buffer, const PictureResults& results)
+    : meta_(gst_buffer_get_analytics_relation_meta(buffer)) {
   if (meta_) return;
   size_t entries = results.labels.size() + 2 * results.class_maps.size();
   for (const auto& region : results.regions)
@@ -265,21 +282,23 @@ void AnalyticsWriter::relate(Object from, Object to, int types) {
                                              *to);
 }
 
-AnalyticsWriter::Object AnalyticsWriter::add_object(const PictureRegion& region, Object parent) {
+AnalyticsWriter::Object AnalyticsWriter::add_object(const PictureRegion& region, const Rect& at,
+                                                    Object parent) {
   if (!has_room()) return std::nullopt;
-  const WholeBox box =
-      around(region.rotation == 0 ? common_part(region.box, picture_) : region.box);
+  const WholeBox box = region.rotation == 0 ? to_whole_box(at) : around(region.box);
+  const GQuark type = make_quark(region.label);
+  const float score = region.score.value_or(1);
   Entry object{};
 #if GST_CHECK_VERSION(1, 26, 0)
   constexpr double kTurn = 2 * std::numbers::pi;
   const double angle = std::fmod(std::fmod(region.rotation, kTurn) + kTurn, kTurn);
-  if (!gst_analytics_relation_meta_add_oriented_od_mtd(
-          meta_, quark(region.label), box.x, box.y, box.width, box.height,
-          static_cast<float>(angle), region.score, &object))
+  if (!gst_analytics_relation_meta_add_oriented_od_mtd(meta_, type, box.x, box.y, box.width,
+                                                       box.height, static_cast<float>(angle), score,
+                                                       &object))
     return std::nullopt;
 #else
-  if (!gst_analytics_relation_meta_add_od_mtd(meta_, quark(region.label), box.x, box.y, box.width,
-                                              box.height, region.score, &object))
+  if (!gst_analytics_relation_meta_add_od_mtd(meta_, type, box.x, box.y, box.width, box.height,
+                                              score, &object))
     return std::nullopt;
 #endif
   relate(object.id, parent, GST_ANALYTICS_REL_TYPE_IS_PART_OF);
@@ -302,7 +321,7 @@ AnalyticsWriter::Object AnalyticsWriter::add_classes(const std::vector<std::stri
   if (!has_room()) return std::nullopt;
   std::vector<gfloat> levels(labels.size(), score);
   std::vector<GQuark> names;
-  for (const auto& label : labels) names.push_back(quark(label));
+  for (const auto& label : labels) names.push_back(make_quark(label));
   Entry entry{};
   if (!gst_analytics_relation_meta_add_cls_mtd(meta_, names.size(), levels.data(), names.data(),
                                                &entry))
@@ -322,12 +341,13 @@ void AnalyticsWriter::add_picture_label(const std::string& label, float score) {
 }
 
 AnalyticsWriter::Object AnalyticsWriter::add_segmentation(
-    [[maybe_unused]] const Segmentation& segmentation, [[maybe_unused]] bool is_of_object) {
+    [[maybe_unused]] const Segmentation& segmentation, [[maybe_unused]] const Box& part,
+    [[maybe_unused]] bool is_of_object) {
 #if GST_CHECK_VERSION(1, 26, 0)
   if (!has_room()) return std::nullopt;
   std::vector<guint> numbers;
   for (const auto& [number, label] : segmentation.labels) numbers.push_back(number);
-  const WholeBox box = around(segmentation.box);
+  const WholeBox box = around(part);
   Entry entry{};
   if (gst_analytics_relation_meta_add_segmentation_mtd(
           meta_, Ref<GstBuffer>(segmentation.mask).release(),
@@ -340,18 +360,19 @@ AnalyticsWriter::Object AnalyticsWriter::add_segmentation(
 }
 
 void AnalyticsWriter::add_mask(Object object, const Segmentation& segmentation) {
-  const Object mask = add_segmentation(segmentation, true);
+  const Object mask = add_segmentation(segmentation, segmentation.box, true);
   relate(object, mask, GST_ANALYTICS_REL_TYPE_RELATE_TO);
   relate(mask, object, GST_ANALYTICS_REL_TYPE_RELATE_TO);
 }
 
-void AnalyticsWriter::add_class_map([[maybe_unused]] const Segmentation& segmentation) {
+void AnalyticsWriter::add_class_map([[maybe_unused]] const Segmentation& map,
+                                    [[maybe_unused]] const Box& box) {
 #if GST_CHECK_VERSION(1, 26, 0)
   constexpr float kNotKnown = -1;
   std::vector<std::string> names;
-  for (const auto& [number, label] : segmentation.labels) names.push_back(label);
-  const Object map = add_segmentation(segmentation, false);
-  relate(map, add_classes(names, kNotKnown),
+  for (const auto& [number, label] : map.labels) names.push_back(label);
+  const Object segmentation = add_segmentation(map, box, false);
+  relate(segmentation, add_classes(names, kNotKnown),
          GST_ANALYTICS_REL_TYPE_RELATE_TO | GST_ANALYTICS_REL_TYPE_N_TO_N);
 #endif
 }

@@ -13,6 +13,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -41,26 +42,25 @@ class AnalyticsWriter {
   static constexpr size_t kMaxEntries = 2000;
   using Object = std::optional<uint32_t>;  // the id of its entry; nullopt: there was no room
 
-  AnalyticsWriter(GstBuffer* buffer, const PictureResults& results, Size picture);
-  // Boxes are in pixels of the picture.
-  Object add_object(const PictureRegion& region, Object parent);
+  AnalyticsWriter(GstBuffer* buffer, const PictureResults& results);
+  // Boxes are in pixels of the picture; `at` is the rectangle of the region of interest.
+  Object add_object(const PictureRegion& region, const Rect& at, Object parent);
   void add_track(Object object, uint32_t track, GstClockTime first_seen, GstClockTime now);
   void add_mask(Object object, const Segmentation& segmentation);
   void add_label(Object object, const std::string& label, float score);
   // Of the whole picture.
   void add_picture_label(const std::string& label, float score);
-  void add_class_map(const Segmentation& segmentation);
+  void add_class_map(const Segmentation& map, const Box& box);
   // Entries for which there was no room.
   size_t left_out() const noexcept { return left_out_; }
 
  private:
   bool has_room();
   Object add_classes(const std::vector<std::string>& labels, float score);
-  Object add_segmentation(const Segmentation& segmentation, bool is_of_object);
+  Object add_segmentation(const Segmentation& segmentation, const Box& box, bool is_of_object);
   void relate(Object from, Object to, int types);
 
   _GstAnalyticsRelationMeta* meta_;
-  Box picture_;
   size_t left_out_ = 0;
 };
 
@@ -69,9 +69,16 @@ struct AnalyticsLeftOut {
   uint64_t objects = 0, labels = 0, segmentations = 0;
 };
 
+// The first segmentation of the picture that can be read.
+struct ClassMap {
+  results::RegionGrid grid;                  // empty: none
+  Box box{};                                 // in pixels of the picture
+  std::map<uint32_t, std::string> labels{};  // by number
+};
+
 // Appends the objects that are none of the regions already, since tensor_to_roi writes both. Gives
-// regions their masks, and appends the segmentations of the picture.
-AnalyticsLeftOut read_analytics(GstBuffer* buffer, std::vector<PictureRegion>* regions,
-                                std::vector<Segmentation>* class_maps);
+// regions their masks if has_masks is true. `class_map` may be null.
+AnalyticsLeftOut read_analytics(GstBuffer* buffer, bool has_masks,
+                                std::vector<PictureRegion>* regions, ClassMap* class_map);
 
 }  // namespace weir::gst

@@ -18,6 +18,10 @@ uint16_t read_cell(const guint8* cell, GstVideoFormat format) {
 
 }  // namespace
 
+GQuark make_quark(const std::string& label) {
+  return g_quark_from_string(label.empty() ? "object" : label.c_str());
+}
+
 Ref<GstBuffer> make_mask(const results::RegionGrid& grid) {
   const auto& numbers = grid.numbers;
   const bool is_wide = std::any_of(numbers.begin(), numbers.end(), [](auto n) { return n > 255; });
@@ -25,8 +29,10 @@ Ref<GstBuffer> make_mask(const results::RegionGrid& grid) {
   if (is_wide) {
     out = Ref<GstBuffer>::adopt(gst_buffer_new_memdup(numbers.data(), numbers.size() * 2));
   } else {
-    const std::vector<uint8_t> narrow(numbers.begin(), numbers.end());
-    out = Ref<GstBuffer>::adopt(gst_buffer_new_memdup(narrow.data(), narrow.size()));
+    auto* cells = static_cast<guint8*>(g_malloc(numbers.size()));
+    std::transform(numbers.begin(), numbers.end(), cells,
+                   [](uint16_t number) { return static_cast<guint8>(number); });
+    out = Ref<GstBuffer>::adopt(gst_buffer_new_wrapped(cells, numbers.size()));
   }
   gsize offset[GST_VIDEO_MAX_PLANES] = {0};
   gint stride[GST_VIDEO_MAX_PLANES] = {static_cast<gint>(grid.width * (is_wide ? 2 : 1))};

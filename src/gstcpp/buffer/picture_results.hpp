@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -30,16 +31,19 @@ results::RegionGrid read_mask(GstBuffer* mask);
 struct PictureRegion {
   std::string label;
   Box box{};  // pixels of the picture
-  float score = 1;
+  std::optional<float> score{};
   int32_t class_index = -1;  // -1 = unknown
   uint32_t track = 0;
   float rotation = 0;
   int32_t parent = -1;  // index of another region; -1 = none
   std::vector<results::KeyPoint> points;
-  std::string model;          // "" = unknown
-  Segmentation mask{};        // cells that are not 0 belong to the region
-  int64_t analytics_id = -1;  // of its entry in GstAnalyticsRelationMeta; -1 = none
+  std::string model;                       // "" = unknown
+  Segmentation mask{};                     // cells that are not 0 belong to the region
+  std::optional<uint32_t> analytics_id{};  // of its entry in GstAnalyticsRelationMeta
 };
+
+// Of `object` for an empty label.
+GQuark make_quark(const std::string& label);
 
 // A label or a text, of a region or of the whole picture.
 struct RegionLabel {
@@ -53,7 +57,8 @@ struct RegionLabel {
 struct PictureResults {
   std::vector<PictureRegion> regions;
   std::vector<RegionLabel> labels;
-  std::vector<Segmentation> class_maps;  // the numbers are those of classes
+  // The numbers are those of classes; boxes are in parts of the picture's width and height.
+  std::vector<Segmentation> class_maps;
 };
 
 }  // namespace weir::gst

@@ -9,27 +9,14 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <optional>
 #include <span>
 
-#include "core/tensor/geometry.hpp"
 #include "gstcpp/element/ref.hpp"
 
 namespace weir::gst {
 namespace {
 
 using Meta = GstVideoRegionOfInterestMeta;
-
-// Empty for a box outside.
-Rect around(const Box& box, uint32_t width, uint32_t height) {
-  const auto within = [](double edge, uint32_t max) {
-    return static_cast<uint32_t>(std::clamp(edge, 0.0, static_cast<double>(max)));
-  };
-  const uint32_t x = within(std::floor(box.x1), width), y = within(std::floor(box.y1), height);
-  const uint32_t right = within(std::ceil(box.x2), width);
-  const uint32_t bottom = within(std::ceil(box.y2), height);
-  return {x, y, right > x ? right - x : 0, bottom > y ? bottom - y : 0};
-}
 
 void set_numbers(GstStructure* structure, const char* field, std::span<const double> numbers) {
   GValue array = G_VALUE_INIT;
@@ -68,7 +55,8 @@ std::optional<int> get_integer(const GstStructure* structure, const char* field)
   return out;
 }
 
-void add_weir_parameter(Meta* meta, const PictureRegion& region) {
+void add_weir_parameter(Meta* meta, const PictureRegion& region,
+                        std::optional<uint32_t> analytics_id) {
   const auto part_x = [meta](double x) { return (x - meta->x) / meta->w; };
   const auto part_y = [meta](double y) { return (y - meta->y) / meta->h; };
   GstStructure* out = gst_structure_new_empty("weir");
@@ -76,8 +64,8 @@ void add_weir_parameter(Meta* meta, const PictureRegion& region) {
   set_numbers(out, "box", {{part_x(box.x1), part_y(box.y1), part_x(box.x2), part_y(box.y2)}});
   if (region.rotation != 0)
     gst_structure_set(out, "rotation", G_TYPE_DOUBLE, double{region.rotation}, nullptr);
-  if (region.analytics_id >= 0)
-    gst_structure_set(out, "analytics", G_TYPE_INT, static_cast<int>(region.analytics_id), nullptr);
+  if (analytics_id)
+    gst_structure_set(out, "analytics-id", G_TYPE_INT, static_cast<int>(*analytics_id), nullptr);
   std::vector<double> points;
   for (const auto& point : region.points)
     for (const double number : {part_x(point.x), part_y(point.y), double{point.score}})
@@ -119,12 +107,13 @@ PictureRegion make_region(Meta* meta, uint32_t width, uint32_t height) {
   const char* label = g_quark_to_string(meta->roi_type);
   out.label = label ? label : "";
   out.box = read_box(meta, weir, detection, width, height);
-  const auto confidence = get_number(detection, "confidence");
-  out.score = static_cast<float>(confidence.value_or(get_number(detection, "score").value_or(1)));
+  for (const char* field : {"score", "confidence"})
+    if (const auto score = get_number(detection, field)) out.score = static_cast<float>(*score);
   out.class_index = std::max(get_integer(detection, "label_id").value_or(-1), -1);
   out.track = static_cast<uint32_t>(std::max(get_integer(object, "id").value_or(0), 0));
   out.rotation = static_cast<float>(get_number(weir, "rotation").value_or(0));
-  out.analytics_id = get_integer(weir, "analytics").value_or(-1);
+  if (const auto id = get_integer(weir, "analytics-id"); id && *id >= 0)
+    out.analytics_id = static_cast<uint32_t>(*id);
   const auto points = get_numbers(weir, "keypoints");
   for (size_t i = 0; i + 3 <= points.size(); i += 3)
     out.points.push_back({static_cast<float>(meta->x + points[i] * meta->w),
@@ -146,26 +135,32 @@ int next_region_id(GstBuffer* buffer) {
   return id < G_MAXINT ? id + 1 : 1;
 }
 
-bool is_inside(const Box& box, uint32_t width, uint32_t height) {
-  const Rect at = around(box, width, height);
-  return at.width > 0 && at.height > 0;
+std::optional<Rect> visible_part(const Box& box, Size picture) {
+  const auto within = [](double edge, uint32_t max) {
+    return static_cast<uint32_t>(std::clamp(edge, 0.0, static_cast<double>(max)));
+  };
+  const uint32_t x = within(std::floor(box.x1), picture.width);
+  const uint32_t y = within(std::floor(box.y1), picture.height);
+  const uint32_t right = within(std::ceil(box.x2), picture.width);
+  const uint32_t bottom = within(std::ceil(box.y2), picture.height);
+  if (right <= x || bottom <= y) return std::nullopt;
+  return Rect{x, y, right - x, bottom - y};
 }
 
-Meta* add_region(GstBuffer* buffer, const PictureRegion& region, uint32_t width, uint32_t height,
-                 int id, int parent_id) {
-  const Rect at = around(region.box, width, height);
-  if (at.width == 0 || at.height == 0) return nullptr;
-  const char* label = region.label.empty() ? "object" : region.label.c_str();
-  Meta* meta = gst_buffer_add_video_region_of_interest_meta_id(buffer, g_quark_from_string(label),
+Meta* add_region(GstBuffer* buffer, const PictureRegion& region, const Rect& at, Size picture,
+                 const RegionIds& ids) {
+  Meta* meta = gst_buffer_add_video_region_of_interest_meta_id(buffer, make_quark(region.label),
                                                                at.x, at.y, at.width, at.height);
-  meta->id = id;
-  meta->parent_id = parent_id;
-  GstStructure* detection = gst_structure_new(
-      "detection", "confidence", G_TYPE_DOUBLE, double{region.score}, "score", G_TYPE_DOUBLE,
-      double{region.score}, "x_min", G_TYPE_DOUBLE, double{region.box.x1} / width, "y_min",
-      G_TYPE_DOUBLE, double{region.box.y1} / height, "x_max", G_TYPE_DOUBLE,
-      double{region.box.x2} / width, "y_max", G_TYPE_DOUBLE, double{region.box.y2} / height,
-      nullptr);
+  meta->id = ids.id;
+  meta->parent_id = ids.parent;
+  GstStructure* detection =
+      gst_structure_new("detection", "x_min", G_TYPE_DOUBLE, double{region.box.x1} / picture.width,
+                        "y_min", G_TYPE_DOUBLE, double{region.box.y1} / picture.height, "x_max",
+                        G_TYPE_DOUBLE, double{region.box.x2} / picture.width, "y_max",
+                        G_TYPE_DOUBLE, double{region.box.y2} / picture.height, nullptr);
+  if (region.score)
+    gst_structure_set(detection, "confidence", G_TYPE_DOUBLE, double{*region.score}, "score",
+                      G_TYPE_DOUBLE, double{*region.score}, nullptr);
   if (region.class_index >= 0)
     gst_structure_set(detection, "label_id", G_TYPE_INT, region.class_index, nullptr);
   if (!region.model.empty())
@@ -175,7 +170,7 @@ Meta* add_region(GstBuffer* buffer, const PictureRegion& region, uint32_t width,
     gst_video_region_of_interest_meta_add_param(
         meta,
         gst_structure_new("object_id", "id", G_TYPE_INT, static_cast<int>(region.track), nullptr));
-  add_weir_parameter(meta, region);
+  add_weir_parameter(meta, region, ids.analytics);
   return meta;
 }
 

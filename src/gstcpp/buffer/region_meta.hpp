@@ -5,26 +5,32 @@
 //               x_max, y_max (double): parts of the picture's width and height
 //   object_id   id (int): the track
 //   weir        box and keypoints (arrays of double), rotation (double): see region_meta.cpp;
-//               analytics (int): the id of the object in GstAnalyticsRelationMeta
+//               analytics-id (int): the id of the object in GstAnalyticsRelationMeta
 // DL Streamer writes and reads detection and object_id.
 // SPDX-License-Identifier: LGPL-2.1-or-later
 #pragma once
 #include <gst/video/gstvideometa.h>
 
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "core/tensor/geometry.hpp"
 #include "gstcpp/buffer/picture_results.hpp"
 
 namespace weir::gst {
 
-// Whether a part of the box lies inside the picture.
-bool is_inside(const Box& box, uint32_t width, uint32_t height);
-// Adds a region to a writable buffer of a picture of width * height; the rectangle is the smallest
-// one of whole pixels around the part of the box inside the picture. `id` is above 0; the parent's
-// is 0 for none. Returns null for a box outside of the picture.
+// The smallest rectangle of whole pixels around the part of the box inside the picture; nullopt for
+// a box outside of it.
+std::optional<Rect> visible_part(const Box& box, Size picture);
+struct RegionIds {
+  int id = 1;      // above 0
+  int parent = 0;  // 0 = none
+  std::optional<uint32_t> analytics{};
+};
+// Adds a region with the rectangle `at` to a writable buffer.
 GstVideoRegionOfInterestMeta* add_region(GstBuffer* buffer, const PictureRegion& region,
-                                         uint32_t width, uint32_t height, int id, int parent_id);
+                                         const Rect& at, Size picture, const RegionIds& ids);
 // An id above those of the buffer's regions.
 int next_region_id(GstBuffer* buffer);
 // A parameter of a label or text that belongs to the region: label and label_id, or text.
