@@ -6,10 +6,9 @@
 
 # engines_rows ENGINE: the lines of engines.txt that speak of it, {words} filled in.
 engines_rows() {
-  local deb_arch node_arch
-  deb_arch=$(dpkg --print-architecture)
-  node_arch=$(awk -v arch="$deb_arch" '$1 == "arch" && $2 == arch { print $3 }' "$here/engines.txt")
-  awk -v engine="$1" -v deb="$deb_arch" -v node="$node_arch" '
+  local node_arch
+  node_arch=$(awk -v arch="$arch" '$1 == "arch" && $2 == arch { print $3 }' "$here/engines.txt")
+  awk -v engine="$1" -v deb="$arch" -v node="$node_arch" '
     /^#/ || NF == 0 { next }
     /^[^ ]/ { current = $1 }
     current == engine { gsub(/{deb-arch}/, deb); gsub(/{node-arch}/, node); print }' "$here/engines.txt"
@@ -41,9 +40,10 @@ engines_select() {
   if [[ -n $1 ]] && ! grep -qxF -e "$1" <<< "$known"; then
     fail "there is no engine '$1' to fetch; known are: ${known//$'\n'/, }"
   fi
-  if ! grep -q "^arch *$(dpkg --print-architecture) " "$here/engines.txt"; then
-    [[ -z $1 ]] || fail "no engine is published for $(dpkg --print-architecture) where tools/engines.txt looks"
-    say "no engine is published for $(dpkg --print-architecture); Weir builds and runs without"
+  if ! awk -v arch="$arch" '$1 == "arch" && $2 == arch { found = 1 } END { exit !found }' "$here/engines.txt"; then
+    [[ -z $1 && $arch == "$own_arch" ]] ||
+      fail "no engine is published for $arch where tools/engines.txt looks; known are: $(awk '$1 == "arch" { print $2 }' "$here/engines.txt" | paste -sd ' ')"
+    say "no engine is published for $arch; Weir builds and runs without"
     return
   fi
   for name in ${1:-$known}; do

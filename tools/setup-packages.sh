@@ -19,6 +19,7 @@ packages_find_missing() {
   local line group='' name version wanted=" $* "
   while read -r line; do
     line=${line%%#*}
+    line=${line//\{deb-arch\}/$arch}
     read -r name _ <<< "$line"
     case $name in
       '') continue ;;

@@ -41,6 +41,7 @@ APT_CACHE = """#!/bin/bash
 FAKES = {"npm": NPM, "apt-get": APT_GET, "dpkg-query": DPKG_QUERY, "dpkg": DPKG, "apt-cache": APT_CACHE}
 ENGINES = """suite trixie
 arch  amd64 x64
+arch  arm64 arm64
 system  toy  toy-dev
 toy  npm  toy  1.0  {pin}
   take  package/{{node-arch}}/libtoy.so*  lib
@@ -54,6 +55,8 @@ library-old?>=1.24  # in these sources in version 1.22
 [test]
 second
 library-new?>=1.20
+[cross]
+compiler-for-{deb-arch}
 [engines]
 authority
 """
@@ -87,6 +90,8 @@ class Setup(unittest.TestCase):
         library.write_text(content)
         with tarfile.open(self.fake / "toy.tgz", "w:gz") as archive:
             archive.add(library, "package/x64/libtoy.so.1")
+            library.write_text("the other library")
+            archive.add(library, "package/arm64/libtoy.so.1")
 
     def pin_archive(self):
         digest = hashlib.sha512((self.fake / "toy.tgz").read_bytes()).digest()
@@ -224,6 +229,25 @@ class Setup(unittest.TestCase):
         status, output = self.setup()
         self.assertEqual(status, 0)
         self.assertIn("no engine is published for riscv64", output)
+
+    def test_another_architecture_has_a_compiler_and_engines_of_its_own(self):
+        self.setup("--engines-only")
+        status, output = self.setup("--arch", "arm64", "--check")
+        self.assertEqual(status, 1)
+        self.assertTrue(output.endswith("setup: to install: tools/setup --arch arm64\n"), output)
+        self.calls()
+        self.assertEqual(self.setup("--arch", "arm64")[0], 0)
+        self.assertIn("install --no-install-recommends --yes compiler-for-arm64\n", self.calls())
+        self.assertEqual((self.engine.parent / "arm64" / "toy" / "lib" / "libtoy.so").read_text(), "the other library")
+        self.assertEqual((self.engine / "lib" / "libtoy.so").read_text(), "the library")
+        self.assertEqual(self.setup("--arch", "arm64"), (0, ""))
+        self.assertEqual(self.setup("--arch", "amd64", "--engines-only"), (0, ""), "the architecture of this machine")
+
+    def test_an_architecture_without_engines_is_refused(self):
+        status, output = self.setup("--arch", "riscv64")
+        self.assertEqual(status, 1)
+        self.assertIn("no engine is published for riscv64 where tools/engines.txt looks; known are: amd64 arm64", output)
+        self.assertIn("tools/setup --arch arm64", self.setup("--arch")[1])
 
     def test_wrong_options_are_refused(self):
         self.assertIn("unknown option '--al'", self.setup("--al")[1])
