@@ -68,7 +68,7 @@ setup:
 	@tools/setup $(SETUP_FLAGS)
 
 setup-to-use:
-	@tools/setup --no-tests $(SETUP_FLAGS)
+	@tools/setup --no-tests $(TO_CROSS) $(SETUP_FLAGS)
 
 configure: setup
 configure-to-use: setup-to-use
@@ -83,9 +83,10 @@ build: configure
 install: configure-to-use
 	@tools/install --jobs $(JOBS) $(BUILD) "$(PREFIX)"
 
-#: make deb         build Debian packages into dist/deb; KEY=your-key signs the folder as a source for apt
+#: make deb         build Debian packages into dist/deb; KEY=your-key signs the folder as a source for apt, ARCH=arm64 cross-compiles
+deb: TO_CROSS = $(if $(ARCH),--arch "$(ARCH)")
 deb: setup-to-use
-	@tools/deb --jobs $(JOBS) $(if $(KEY),--key "$(KEY)")
+	@tools/deb --jobs $(JOBS) $(TO_CROSS) $(if $(KEY),--key "$(KEY)")
 
 #: make wheel       pack the package for Python with all that it needs of Weir into dist/weir-*.whl
 wheel: configure-to-use

@@ -97,15 +97,19 @@ echo "apt-get $*" >> "$FAKE/calls"
 """,
         "dpkg-buildpackage": """#!/bin/bash
 [[ ! -e $FAKE/broken ]] || { echo "frob.cpp: error"; exit 2; }
+echo "engines of ${@: -1}: $WEIR_ENGINES_DIR"
 version=$(sed -n '1s/.*(\\(.*\\)).*/\\1/p' debian/changelog)
-touch "../weir_${version}_all.deb" "../libweir0_${version}_$(dpkg --print-architecture).deb"
+touch "../weir_${version}_all.deb" "../libweir0_${version}_${@: -1}.deb"
 """,
-        "dpkg-deb": "#!/bin/sh\n",
+        "dpkg": '''#!/bin/bash
+case $1 in --print-architecture) echo amd64 ;; --print-foreign-architectures) ;; *) echo "dpkg $*" >> "$FAKE/calls" ;; esac
+''',
         "dpkg-deb": "#!/bin/sh\n",
         "pkg-config": "#!/bin/bash\n[[ -e $FAKE/onnxruntime ]]\n",
+        "aarch64-linux-gnu-pkg-config": "#!/bin/bash\nexit 1\n",
+        "aarch64-linux-gnu-g++": "#!/bin/bash\n",
         "gpg": """#!/bin/bash
 [[ "$*" != *unknown* ]] || exit 2
-[[ "$*" != *--export* ]] || printf 'BEGIN KEY\\n\\nabc\\n'
 [[ "$*" != *--export* ]] || printf 'BEGIN KEY\\n\\nabc\\n'
 while (($#)); do [[ $1 != --output ]] || echo signed > "$2"; shift; done
 """,
@@ -123,7 +127,7 @@ while (($#)); do [[ $1 != --output ]] || echo signed > "$2"; shift; done
         for name in ("deb", "sources"):
             shutil.copy(TOOLS / name, checkout / "tools")
         write_program(checkout / "tools" / "sbom", "#!/bin/sh\necho '{}'\n")
-        write_program(checkout / "tools" / "sbom", "#!/bin/sh\necho '{}'\n")
+        (checkout / "tools" / "engines.txt").write_text("arch  amd64 x64\narch  arm64 arm64\n")
         (checkout / "meson.build").write_text("project('weir', version: '3.0.0')")
         (checkout / "packages" / "debian" / "control").write_text("Source: weir")
         self.news = checkout / "CHANGELOG.md"
@@ -190,6 +194,40 @@ while (($#)); do [[ $1 != --output ]] || echo signed > "$2"; shift; done
     def test_a_folder_that_apt_cannot_read_is_copied(self):
         self.root.chmod(0o700)
         self.assertRegex(self.call().stdout, r"cp '.*packages'/\* /srv/weir/ +# apt cannot read .*\n +sed 's\|\^URIs")
+
+    def cross_compile(self):
+        done = self.call("--arch", "arm64")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        return {path.name.split("_")[2] for path in self.folder.glob("*.deb")}
+
+    def test_packages_of_a_commit_for_several_architectures_share_a_folder(self):
+        for engine in ("onnxruntime", "tensorflow-lite"):
+            (self.checkout / ".engines" / "arm64" / engine).mkdir(parents=True)
+        self.version(1_700_000_000)
+        self.assertEqual(self.cross_compile(), {"all.deb", "amd64.deb", "arm64.deb"})
+        self.assertEqual({path.name for path in self.folder.glob("*.json")}, {"weir-amd64.spdx.json", "weir-arm64.spdx.json"})
+        log = (self.checkout / "build-deb" / "weir.log").read_text()
+        self.assertIn(f"engines of arm64: {self.checkout.resolve()}/.engines/arm64\n", log)
+        os.utime(self.news, (1_800_000_000, 1_800_000_000))
+        self.assertEqual(self.cross_compile(), {"all.deb", "arm64.deb"}, "those for the other architecture are of an earlier commit")
+        self.assertEqual({path.name for path in self.folder.glob("*.json")}, {"weir-arm64.spdx.json"})
+
+    def test_what_is_missing_to_cross_compile_is_named_with_its_fix(self):
+        self.assertRegex(self.refused("--arch", "riscv64"), "no engine .* 'riscv64'; known are: amd64, arm64\n +make deb ARCH=arm64")
+        self.assertIn("tools/setup --arch arm64 --engine onnxruntime", self.refused("--arch", "arm64"))
+        (self.root / "missing").touch()
+        commands = ["dpkg --add-architecture arm64", "apt-get update",
+                    "apt-get build-dep --host-architecture arm64 --no-remove --yes --no-install-recommends"]
+        refused = self.refused("--arch", "arm64")
+        if os.geteuid() == 0:
+            calls = (self.root / "calls").read_text().splitlines()
+            self.assertEqual(calls[:2], commands[:2])
+            self.assertTrue(calls[2].startswith(commands[2]), calls)
+        else:
+            self.assertIn(" && ".join(f"sudo {command}" for command in commands), refused)
+        (self.root / "fakes" / "aarch64-linux-gnu-g++").unlink()
+        if not shutil.which("aarch64-linux-gnu-g++"):
+            self.assertRegex(self.refused("--arch", "arm64"), "cross compiler for arm64 is not installed\n +tools/setup --arch arm64")
 
     def test_what_is_missing_is_named_with_its_fix(self):
         self.assertIn("gpg --quick-generate-key 'the unknown'", self.refused("--key", "the unknown"))
