@@ -2,8 +2,9 @@
 # The Debian packages of tools/setup, which sources this file: which are missing, and installing them.
 # shellcheck shell=bash
 
+# is_installed NAME: not for another architecture.
 is_installed() {
-  [[ $(dpkg-query -W -f='${db:Status-Status}' "$1" 2> /dev/null) == installed ]]
+  [[ " $(dpkg-query -W -f='${db:Status-Status} ${Architecture} ' "$1" 2> /dev/null)" == *" installed "@(all|"$own_arch")" "* ]]
 }
 
 # is_offered NAME [VERSION]: whether the machine's sources have the package, in this version or a later one.

@@ -29,7 +29,7 @@ echo "apt-get $*" >> "$FAKE/calls"
 for word; do case $word in install) on=yes ;; -*) ;; *) [[ -z ${on:-} ]] || echo "$word" >> "$FAKE/installed" ;; esac; done
 """
 DPKG_QUERY = """#!/bin/bash
-grep -qxF -e "${@: -1}" "$FAKE/installed" && echo -n installed
+grep -qxF -e "${@: -1}" "$FAKE/installed" && echo -n "installed ${FAKE_ARCHITECTURE:-$(cat "$FAKE/architecture")} "
 """
 DPKG = """#!/bin/bash
 [[ $1 != --print-architecture ]] || cat "$FAKE/architecture"
@@ -136,6 +136,13 @@ class Setup(unittest.TestCase):
         self.assertFalse(self.engine.parent.exists())
         self.setup()
         self.assertEqual(self.setup("--check"), (0, "setup: nothing is missing\n"))
+
+    def test_a_package_of_another_architecture_counts_as_missing(self):
+        self.setup()
+        self.assertEqual(self.setup("--check", FAKE_ARCHITECTURE="all"), (0, "setup: nothing is missing\n"))
+        status, output = self.setup("--check", FAKE_ARCHITECTURE="mips")
+        self.assertEqual(status, 1)
+        self.assertIn("first second", output)
 
     def test_parts_can_be_selected(self):
         self.assertEqual(self.setup("--no-engines")[0], 0)
