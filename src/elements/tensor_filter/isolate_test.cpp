@@ -77,7 +77,9 @@ TEST(TensorFilterIsolated, RunsTheModelInAnotherProcess) {
   EXPECT_STREQ(framework.get(), "unruly");
   const auto all = stats(find_element(h, "tensor_filter").get());
   EXPECT_SAYS(std::string(gst_structure_get_string(all.get(), "worker-confinement")),
-              "no new sockets, programs or processes");
+              can_refuse_calls()
+                  ? "no new sockets, programs or processes"
+                  : "new sockets, programs and processes (Function not implemented)");
 }
 
 // Collects warnings of the log.
@@ -88,6 +90,7 @@ void keep_warning(GstDebugCategory*, GstDebugLevel level, const char*, const cha
 }
 
 TEST(TensorFilterIsolated, WarnsAboutUnsupportedConfinement) {
+  if (!can_refuse_calls()) GTEST_SKIP() << "this system does not filter system calls";
   std::string warnings;
   (gst_debug_add_log_function)(keep_warning, &warnings, nullptr);
   const auto before = gst_debug_get_default_threshold();

@@ -18,7 +18,8 @@ TEST(ThreadLimit, SufficesForAFewThreads) {
 }
 
 TEST(ThreadLimit, IsMissingWithoutMemoryForStacks) {
-  if (!engine_test::kCanLimitAddressSpace) GTEST_SKIP() << "sanitizers use the address space up";
+  if (!engine_test::can_limit_address_space())
+    GTEST_SKIP() << "the address space cannot be limited";
   GTEST_FLAG_SET(death_test_style, "threadsafe");
   EXPECT_EXIT(
       {

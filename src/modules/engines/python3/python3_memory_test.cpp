@@ -18,7 +18,8 @@ void run_and_exit(const std::string& path) {
 }
 
 TEST_F(Python3Memory, AScriptReportsMissingMemoryAndRecovers) {
-  if (!engine_test::kCanLimitAddressSpace) GTEST_SKIP() << "sanitizers use the address space up";
+  if (!engine_test::can_limit_address_space())
+    GTEST_SKIP() << "the address space cannot be limited";
   GTEST_FLAG_SET(death_test_style, "threadsafe");
   const auto path = write("negative", kHead +
                                           "  def getInputDim(self):\n"
