@@ -37,6 +37,7 @@
   X(FALLS_BEHIND, 3017, "A model is slower than its live source")                         \
   X(FILE_NOT_FOUND, 4001, "A file does not exist or cannot be read")                      \
   X(LABELS_INVALID, 4002, "A label file is empty or does not fit the model")              \
+  X(SAMPLES_INVALID, 4003, "A file of samples, or its description, cannot be used")       \
   X(FILE_NOT_WRITTEN, 4010, "A file cannot be written")                                   \
   X(DOWNLOAD_FAILED, 4011, "A file cannot be fetched, or is not the expected one")        \
   X(GRAPH_STALLS, 5001, "Elements of a pipeline wait for each other (deadlock)")          \
