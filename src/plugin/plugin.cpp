@@ -11,6 +11,8 @@
 
 // One line for each folder in src/elements.
 #define WEIR_ELEMENTS(X) \
+  X(datareposink)        \
+  X(datareposrc)         \
   X(join)                \
   X(tensor_aggregator)   \
   X(tensor_converter)    \
