@@ -184,8 +184,7 @@ class RunRefusals(Case):
 
     def test_elements_of_nnstreamer_that_weir_lacks_are_named_with_an_alternative(self):
         for name, alternative in (("tensor_src_iio", "appsrc in a program that reads the sensor"),
-                                  ("tensor_trainer", "tensor_filter, with a model that was trained elsewhere"),
-                                  ("datareposrc", "multifilesrc ! application/octet-stream ! tensor_converter")):
+                                  ("tensor_trainer", "tensor_filter, with a model that was trained elsewhere")):
             if subprocess.run(["gst-inspect-1.0", "--exists", name]).returncode == 0:
                 continue  # this build has it
             output, rest = self.place(f"fakesrc ! {name} ! fakesink")
