@@ -175,6 +175,27 @@ TEST_F(Datareposink, MakesTensorConverterSendTensors) {
               "num_tensors=(int)1,");
 }
 
+// docs/compatibility/types-and-caps.md 1.5
+TEST_F(Datareposink, TakesDescribedTensorsAsStatic) {
+  EXPECT_EQ(error_of_pipeline("fakesrc num-buffers=1 sizetype=fixed sizemax=4 format=time ! "
+                              "capsfilter caps=\"other/tensors,num_tensors=1,"
+                              "dimensions=(string)4,types=(string)uint8,framerate=0/1\" ! " +
+                              sink()),
+            "");
+  EXPECT_SAYS(read("data.json"), "format=(string)static");
+}
+
+// A tensor in two memories, and two tensors in one.
+TEST_F(Datareposink, WritesTensorsInAnyNumberOfMemories) {
+  EXPECT_EQ(record(tensors("uint8", "5"), {{{1, 2}, {3, 4, 5}}}), "");
+  EXPECT_EQ(bytes_of(read("data")), (Bytes{1, 2, 3, 4, 5}));
+  const Bytes a = make_chunk({1, 1, true}, 0), b = make_chunk({2, 2, true}, 1);
+  EXPECT_EQ(record(make_caps({1, 1, true}, {0}), {{joined({a, b})}}), "");
+  EXPECT_EQ(bytes_of(read("data")), joined({a, b}));
+  EXPECT_SAYS(read("data.json"), "\"tensor_size\" : [\n    " + std::to_string(a.size()) +
+                                     ",\n    " + std::to_string(b.size()) + "\n  ]");
+}
+
 TEST_F(Datareposink, StartsWithTheDocumentedValues) {
   const auto element = lone_element("datareposink");
   gchar *location = nullptr, *json = nullptr;

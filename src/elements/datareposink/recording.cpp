@@ -66,7 +66,9 @@ Status Recording::add(GstBuffer* buffer) {
   const bool is_tensors =
       caps_.medium == Medium::StaticTensors || caps_.medium == Medium::HeaderedTensors;
   const uint64_t start = file_.bytes();
-  if (auto status = is_tensors ? add_tensors(buffer) : append_all(buffer); !status) {
+  if (auto status =
+          is_tensors ? add_tensors(buffer) : append(buffer, 0, gst_buffer_get_size(buffer));
+      !status) {
     file_.cut(start);
     return status;
   }
@@ -74,34 +76,28 @@ Status Recording::add(GstBuffer* buffer) {
   return ok();
 }
 
+// The packed memory of more than 16 tensors has a header of its own, which is left out.
 Status Recording::add_tensors(GstBuffer* buffer) {
   if (auto status = layout_.locate(buffer, caps_.tensors); !status) return status;
-  // A memory may hold several tensors, and those of a packed one follow a header of their own.
-  std::optional<gst::Mapped> whole;
-  for (const auto& place : layout_.tensors()) {
-    if (place.memory >= 0) {
-      GstMemory* memory = gst_buffer_peek_memory(buffer, static_cast<guint>(place.memory));
-      if (auto status = append_memory(memory, place.size); !status) return status;
-      continue;
-    }
-    if (!whole) whole.emplace(buffer, GST_MAP_READ);
-    if (!*whole) return gst::memory_not_mapped();
-    if (auto s = file_.append(whole->bytes().subspan(place.offset, place.size)); !s) return s;
-  }
+  for (const auto& place : layout_.tensors())
+    if (auto status = append(buffer, place.offset, place.size); !status) return status;
   return ok();
 }
 
-Status Recording::append_memory(GstMemory* memory, size_t bytes) {
-  const gst::MappedMemory map(memory, GST_MAP_READ);
-  if (!map) return gst::memory_not_mapped();
-  return file_.append(map.bytes().first(std::min(bytes, map.bytes().size())));
-}
-
-Status Recording::append_all(GstBuffer* buffer) {
-  const guint memories = gst_buffer_n_memory(buffer);
-  for (guint i = 0; i < memories; ++i)
-    if (auto status = append_memory(gst_buffer_peek_memory(buffer, i), SIZE_MAX); !status)
-      return status;
+// Maps one memory after the other: GStreamer would copy them to map all at once.
+Status Recording::append(GstBuffer* buffer, size_t offset, size_t bytes) {
+  guint first = 0, count = 0;
+  gsize skip = 0;
+  if (bytes == 0 || !gst_buffer_find_memory(buffer, offset, bytes, &first, &count, &skip))
+    return ok();
+  for (guint i = first; i < first + count; ++i) {
+    const gst::MappedMemory map(gst_buffer_peek_memory(buffer, i), GST_MAP_READ);
+    if (!map) return gst::memory_not_mapped();
+    const auto part = map.bytes().subspan(std::exchange(skip, 0));
+    const size_t length = std::min(bytes, part.size());
+    if (auto status = file_.append(part.first(length)); !status) return status;
+    bytes -= length;
+  }
   return ok();
 }
 
@@ -109,7 +105,7 @@ Status Recording::add_picture(GstBuffer* buffer) {
   auto file = dataset::SampleWriter::create(kLocation, pattern_.name(description_.total_samples));
   if (!file) return file.error();
   file_ = *std::move(file);
-  if (auto status = append_all(buffer); !status) return status;
+  if (auto status = append(buffer, 0, gst_buffer_get_size(buffer)); !status) return status;
   const uint64_t bytes = file_.bytes();
   if (auto status = file_.close(); !status) return status;
   describe(0, bytes);

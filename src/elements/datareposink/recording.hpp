@@ -33,8 +33,7 @@ class Recording {
 
  private:
   Status add_tensors(GstBuffer* buffer);
-  Status append_memory(GstMemory* memory, size_t bytes);  // its first bytes
-  Status append_all(GstBuffer* buffer);
+  Status append(GstBuffer* buffer, size_t offset, size_t bytes);
   Status add_picture(GstBuffer* buffer);
   void describe(uint64_t start, uint64_t bytes);
 

@@ -282,6 +282,11 @@ TEST_F(Datareposrc, ChoosesTensorsInTheGivenOrder) {
             "framerate=(fraction)30/1");
   const Played one = play("datareposrc " + files() + " tensors-sequence=1");
   EXPECT_EQ(one.frames(), (Frames{{3, 0}, {9, 0}}));
+  write("data", text_of(ramp(4)));
+  EXPECT_SAYS(play_as("other/tensor,dimension=(string)2,type=(string)uint8,framerate=1/1",
+                      "tensors-sequence=0,0")
+                  .caps,
+              "other/tensors, ");
   EXPECT_SAYS(one.caps, "num_tensors=(int)1, dimensions=(string)1, types=(string)int16");
 }
 

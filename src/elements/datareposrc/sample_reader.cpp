@@ -3,6 +3,7 @@
 
 #include <array>
 #include <filesystem>
+#include <numeric>
 #include <utility>
 
 #include "core/dataset/description.hpp"
@@ -58,6 +59,24 @@ Error sequence_of_others(const GstCaps* caps) {
                .offered = gst::to_string(caps),
                .needed = "other/tensors,format=static",
                .fix = "datareposrc without tensors-sequence"};
+}
+
+std::vector<size_t> every_index(size_t count) {
+  std::vector<size_t> out(count);
+  std::iota(out.begin(), out.end(), size_t{0});
+  return out;
+}
+
+Ref<GstCaps> caps_of_chosen(const GstCaps* caps, const std::vector<TensorSpec>& tensors) {
+  auto out = Ref<GstCaps>::adopt(gst_caps_copy(caps));
+  GstStructure* fields = gst_caps_get_structure(out.get(), 0);
+  gst_structure_set_name(fields, "other/tensors");
+  gst_structure_remove_fields(fields, "dimension", "type", nullptr);
+  gst_structure_set(fields, "format", G_TYPE_STRING, "static", "num_tensors", G_TYPE_INT,
+                    static_cast<int>(tensors.size()), "dimensions", G_TYPE_STRING,
+                    join_shapes(tensors).c_str(), "types", G_TYPE_STRING,
+                    join_types(tensors).c_str(), nullptr);
+  return out;
 }
 
 // Counts the files of a pattern up to the first that is missing.
@@ -168,35 +187,31 @@ Status SampleReader::choose_tensors(const std::string& sequence) {
   if (!chosen) return chosen.error();
   if (sample_.medium != Medium::StaticTensors)
     return chosen->empty() ? ok() : Status(sequence_of_others(sample_.caps.get()));
-  const auto& all = sample_.tensors.tensors;
-  const bool is_chosen = !chosen->empty();
-  if (!is_chosen)
-    for (size_t i = 0; i < all.size(); ++i) chosen->push_back(i);
+  if (chosen->empty()) return take_tensors(every_index(sample_.tensors.tensors.size()));
   if (chosen->size() > kTensorLimit)
     return Error{.code = Code::LIMIT_EXCEEDED,
                  .what = "tensors-sequence has too many tensors",
                  .offered = std::to_string(chosen->size()),
                  .needed = "at most " + std::to_string(kTensorLimit)};
+  if (auto status = take_tensors(*chosen); !status) return status;
+  output_caps_ = caps_of_chosen(output_caps_.get(), tensors_);
+  return ok();
+}
+
+Status SampleReader::take_tensors(const std::vector<size_t>& chosen) {
+  const auto& all = sample_.tensors.tensors;
   std::vector<uint64_t> starts;
   uint64_t start = 0;
   for (const auto& tensor : all) {
     starts.push_back(start);
-    start += *tensor.bytes();
+    start += tensor.bytes().value_or(0);
   }
-  for (const size_t i : *chosen) {
+  for (const size_t i : chosen) {
     if (i >= all.size()) return index_beyond("tensors-sequence", "tensor", i, all.size());
     tensors_.push_back(all[i]);
     tensor_offsets_.push_back(starts[i]);
-    tensor_bytes_.push_back(*all[i].bytes());
+    tensor_bytes_.push_back(all[i].bytes().value_or(0));
   }
-  if (!is_chosen) return ok();
-  FrameSpec output = sample_.tensors;
-  output.tensors = tensors_;
-  output_caps_ = Ref<GstCaps>::adopt(gst_caps_copy(output_caps_.get()));
-  gst_caps_set_simple(output_caps_.get(), "num_tensors", G_TYPE_INT,
-                      static_cast<int>(tensors_.size()), "dimensions", G_TYPE_STRING,
-                      join_shapes(tensors_).c_str(), "types", G_TYPE_STRING,
-                      join_types(tensors_).c_str(), nullptr);
   return ok();
 }
 
@@ -247,27 +262,33 @@ Result<Ref<GstBuffer>> SampleReader::read_tensors(uint64_t index, const BufferLi
   return buffer;
 }
 
+Result<TensorSpec> SampleReader::read_header(uint64_t at, uint64_t bytes) const {
+  std::array<std::byte, kTensorHeaderBytes> head;
+  if (auto status = file_.read(at, head); !status) return status.error();
+  auto header = read_tensor_header(head);
+  if (!header) return header.error();
+  const uint64_t needed = kTensorHeaderBytes + header->payload_bytes().value_or(0);
+  if (needed > bytes)
+    return invalid_samples("a tensor is longer than its tensor_size", bytes_text(bytes),
+                           bytes_text(needed));
+  return std::move(header->spec);
+}
+
 Result<Ref<GstBuffer>> SampleReader::read_headered(uint64_t index, const BufferLimit& limit) const {
   const auto sizes = index_.tensor_sizes(index);
   std::vector<TensorSpec> specs;
   std::vector<uint64_t> offsets;
   uint64_t at = index_.offset(index);
   for (const uint64_t bytes : sizes) {
-    std::array<std::byte, kTensorHeaderBytes> head;
-    if (auto status = file_.read(at, head); !status) return status.error();
-    const auto header = read_tensor_header(head);
-    if (!header || header->payload_bytes() > bytes - kTensorHeaderBytes) {
-      const std::string place = "sample " + std::to_string(index) + ", tensor " +
-                                std::to_string(offsets.size()) + " at byte " + std::to_string(at);
-      Error error = header
-                        ? invalid_samples(
-                              "a tensor is longer than its tensor_size", bytes_text(bytes),
-                              bytes_text(kTensorHeaderBytes + header->payload_bytes().value_or(0)))
-                        : header.error();
-      error.offered = place + ": " + error.offered;
+    auto spec = read_header(at, bytes);
+    if (!spec) {
+      Error error = spec.error();
+      error.offered = "sample " + std::to_string(index) + ", tensor " +
+                      std::to_string(offsets.size()) + " at byte " + std::to_string(at) + ": " +
+                      error.offered;
       return error;
     }
-    specs.push_back(header->spec);
+    specs.push_back(*std::move(spec));
     offsets.push_back(at);
     at += bytes;
   }

@@ -48,9 +48,12 @@ class SampleReader {
   uint64_t count_samples(const ReaderRequest& request,
                          const std::optional<dataset::Description>& description);
   Status choose_tensors(const std::string& sequence);
+  Status take_tensors(const std::vector<size_t>& chosen);
 
   Result<gst::Ref<GstBuffer>> read_picture(uint64_t index, const BufferLimit& limit) const;
   Result<gst::Ref<GstBuffer>> read_tensors(uint64_t index, const BufferLimit& limit) const;
+  // Checks the header of a tensor that has `bytes` with it.
+  Result<TensorSpec> read_header(uint64_t at, uint64_t bytes) const;
   Result<gst::Ref<GstBuffer>> read_headered(uint64_t index, const BufferLimit& limit) const;
   Result<gst::Ref<GstBuffer>> read_bytes(const dataset::SampleFile& file, uint64_t offset,
                                          uint64_t bytes, const BufferLimit& limit) const;
