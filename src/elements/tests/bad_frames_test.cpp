@@ -37,7 +37,7 @@ class BadFrame : public EachElement {
 
 // A new element needs an entry in the table.
 TEST(BadInput, IsTestedOnEveryElementOfThePlugIn) {
-  std::set<std::string> tried;
+  std::set<std::string> tried{"datareposrc"};  // has no input; damaged_files_test.cpp
   for (const auto& subject : subjects())
     tried.insert(subject.line.substr(0, subject.line.find(' ')));
   const auto names = weir::test::element_names();

@@ -148,6 +148,10 @@ inline const std::vector<Subject>& single_input_subjects() {
            tensors("5:1", "float32").substr(strlen("other/tensors")),
        20},
       {"sink", "tensor_sink", tensors("4:4", "uint8"), 16, Sizes::Any},
+      {"datareposink",
+       "datareposink sync=false location=" + ::testing::TempDir() +
+           "weir-bad-samples json=" + ::testing::TempDir() + "weir-bad-samples.json",
+       tensors("4:4", "uint8"), 16},
   };
   return all;
 }
