@@ -60,7 +60,7 @@ class Datareposink : public gst::Element<Datareposink, gst::BaseSink> {
     return dataset::check_writable("json", *s.json);
   }
 
-  // GstBaseSink calls start() and stop() for READY and NULL. Each stream begins the files anew.
+  // GstBaseSink calls start() and stop() for READY and NULL. Each stream replaces the files.
   GstStateChangeReturn change_state(GstStateChange change) {
     if (change == GST_STATE_CHANGE_READY_TO_PAUSED) {
       const Settings s = settings();

@@ -256,7 +256,7 @@ TEST_F(Datareposink, CreatesFilesThatOthersCanRead) {
   EXPECT_EQ(about.st_mode & 07777, mode_t{0644});
 }
 
-TEST_F(Datareposink, BeginsAnewWithEachStream) {
+TEST_F(Datareposink, ReplacesTheFilesWithEachStream) {
   const auto h = make_harness(sink(), kBytes);
   EXPECT_EQ(gst_harness_push(h.get(), frame(Bytes{1, 2, 3})), GST_FLOW_OK);
   gst_element_set_state(h->element, GST_STATE_READY);
