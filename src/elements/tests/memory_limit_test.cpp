@@ -6,16 +6,11 @@
 #include <cstring>
 #include <functional>
 
+#include "address_space.hpp"
 #include "core/tensor/sparse.hpp"
 #include "elements/tensor_crop/crop_test_support.hpp"
 #include "elements/tests/bad_input_bench_test_support.hpp"
 #include "elements/tests/element_test_support.hpp"
-
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-constexpr bool kSanitized = true;  // reserves more address space than a limit could allow
-#else
-constexpr bool kSanitized = false;
-#endif
 
 namespace memory_limit_test {
 
@@ -301,7 +296,7 @@ class MemoryRunsOut : public testing::TestWithParam<Case> {};
 // In a separate process, whose limit stays. A failed allocation in GLib, or a CRITICAL, would abort
 // it.
 TEST_P(MemoryRunsOut, IsAnError) {
-  if (kSanitized) GTEST_SKIP() << "a sanitizer reserves more address space than the limit";
+  if (!weir::can_limit_address_space()) GTEST_SKIP() << "the address space cannot be limited";
   GTEST_FLAG_SET(death_test_style, "threadsafe");
   const auto run = [] {
     const Outcome out = GetParam().run();

@@ -43,7 +43,7 @@ TEST(DryRunInputs, MayBeEmptyTensorsOrNone) {
 }
 
 TEST(DryRunInputs, UseNoMemoryUntilTheyAreWritten) {
-  if (engine_test::kIsSanitized) GTEST_SKIP() << "sanitizers write shadow memory";
+  if (kIsSanitized) GTEST_SKIP() << "sanitizers write shadow memory";
   const weir_tensor_info infos[] = {floats({kDryRunBytes / 4})};
   const uint64_t before = engine_test::peak_resident_bytes();
   const auto inputs = DryRunInputs::create(infos);

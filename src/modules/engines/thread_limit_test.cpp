@@ -18,8 +18,7 @@ TEST(ThreadLimit, SufficesForAFewThreads) {
 }
 
 TEST(ThreadLimit, IsMissingWithoutMemoryForStacks) {
-  if (!engine_test::can_limit_address_space())
-    GTEST_SKIP() << "the address space cannot be limited";
+  if (!can_limit_address_space()) GTEST_SKIP() << "the address space cannot be limited";
   GTEST_FLAG_SET(death_test_style, "threadsafe");
   EXPECT_EXIT(
       {

@@ -18,8 +18,7 @@ void run_and_exit(const std::string& path) {
 }
 
 TEST_F(Python3Memory, AScriptReportsMissingMemoryAndRecovers) {
-  if (!engine_test::can_limit_address_space())
-    GTEST_SKIP() << "the address space cannot be limited";
+  if (!can_limit_address_space()) GTEST_SKIP() << "the address space cannot be limited";
   GTEST_FLAG_SET(death_test_style, "threadsafe");
   const auto path = write("negative", kHead +
                                           "  def getInputDim(self):\n"
