@@ -16,9 +16,9 @@ inline constexpr size_t kMaxMqttPropertyBytes = size_t{256} << 10;
 
 // Checks each packet up to the end of its properties before it passes on any of its bytes. Only the
 // properties that MQTT 5 defines may come. A message with too many loses them: everyone who may
-// publish can send it, and a broker repeats a retained one for each connection. A reason that MQTT 5
-// does not list, in the refusal of a message, is passed on as 0x80, unspecified error: libmosquitto
-// would end the connection and send the message again with the next one.
+// publish can send it, and a broker repeats a retained one for each connection. A reason that MQTT
+// 5 does not list, in the refusal of a message, is passed on as 0x80, unspecified error:
+// libmosquitto would end the connection and send the message again with the next one.
 class MqttPacketFilter {
  public:
   // Takes the next bytes of the connection, and appends to `out` those that can be passed on.
